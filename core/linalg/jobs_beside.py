@@ -29,7 +29,7 @@ class End(Generic[T]):
     result: T
 
 
-class Running(Generic[T]):
+class JobThere(Generic[T]):
     """A job in the process that does it."""
 
     def __init__(self, make: Callable[..., Job[T]], *arguments: object) -> None:
@@ -106,8 +106,8 @@ class PlannedJob(Generic[T]):
     def _starting_in(self, process: Process | None) -> Callable[[], Progress | End[T]]:
         """Return what goes on with the job step by step."""
         if process is None:
-            return Running(self._make, *self._arguments).go_on
-        job = process.make(Running, self._make, *self._arguments)
+            return JobThere(self._make, *self._arguments).go_on
+        job = process.make(JobThere, self._make, *self._arguments)
         return lambda: cast("Progress | End[T]", job.ask("go_on"))
 
     def _tell(self, step: Progress | End[T] | Exception) -> None:
@@ -156,7 +156,7 @@ def count_processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-class Pool:
+class ProcessPool:
     """Processes for jobs, which begin in their order; all end with the context."""
 
     def __init__(self) -> None:
@@ -164,7 +164,7 @@ class Pool:
         self._threads = ThreadPoolExecutor(processes - is_main_thread()) if processes > 1 else None
         self._planned: list[PlannedJob[Any]] = []
 
-    def __enter__(self) -> "Pool":
+    def __enter__(self) -> "ProcessPool":
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -196,5 +196,5 @@ class Pool:
         return self.plan(make, *arguments).result()
 
 
-HERE = Pool()
+HERE = ProcessPool()
 """No other process."""

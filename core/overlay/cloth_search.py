@@ -9,7 +9,7 @@ import numpy as np
 from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
 from core.linalg.blas import on_one_thread
-from core.linalg.jobs_beside import HERE, PlannedJob, Pool
+from core.linalg.jobs_beside import HERE, PlannedJob, ProcessPool
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
@@ -58,7 +58,7 @@ class Known:
         )
 
 
-def find_all(photo: Floats | Singles, known: Known, pool: Pool = HERE) -> Job[list[FoundCloth]]:
+def find_all(photo: Floats | Singles, known: Known, pool: ProcessPool = HERE) -> Job[list[FoundCloth]]:
     """Return the finds that are compared; raise `NoPatternError` if there is none.
 
     Where a find leaves doubts it is looked for otherwise too: within a region by alike patches, or else in all of the
@@ -70,7 +70,7 @@ def find_all(photo: Floats | Singles, known: Known, pool: Pool = HERE) -> Job[li
     return [at_photo_size(found, photo, known.region) for found in finds]
 
 
-def find_all_searched(photo: Floats | Singles, known: Known, pool: Pool) -> Job[list[FoundCloth]]:
+def find_all_searched(photo: Floats | Singles, known: Known, pool: ProcessPool) -> Job[list[FoundCloth]]:
     """Return what `find_all` does, of the photo as it is searched."""
     is_given = known.start is not None or known.lattice is not None
     other = pool.plan(find_on_object if known.region is None else find_again, photo, known)
@@ -92,7 +92,7 @@ def find_all_searched(photo: Floats | Singles, known: Known, pool: Pool) -> Job[
 
 
 def find_whole(
-    photo: Floats | Singles, known: Known, finds: list[FoundCloth] | None = None, pool: Pool = HERE
+    photo: Floats | Singles, known: Known, finds: list[FoundCloth] | None = None, pool: ProcessPool = HERE
 ) -> Job[list[FoundCloth]]:
     """Return what `find_all` does where the whole cloth is asked for: then what stands out is said to be cloth.
 
@@ -112,7 +112,7 @@ def find_whole(
 
 
 def find_on_whole_object(
-    photo: Floats | Singles, known: Known, finds: list[FoundCloth] | None, pool: Pool
+    photo: Floats | Singles, known: Known, finds: list[FoundCloth] | None, pool: ProcessPool
 ) -> Job[list[FoundCloth]]:
     """Return what is found in all of the photo, or given, and, if none of it is clear there, on what stands out.
 

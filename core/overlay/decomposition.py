@@ -11,7 +11,7 @@ from typing import TypeVar
 
 from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
-from core.linalg.jobs_beside import Pool
+from core.linalg.jobs_beside import ProcessPool
 from core.masks.object_masks import whole_object
 from core.overlay.cloth_search import Known, find_all, find_whole, follow
 from core.overlay.composition import difference, finite
@@ -102,7 +102,7 @@ def decompose(
     Under `use_all_processors` other processes work too, at once on what may be needed, and it comes to the same.
     """
     seconds: dict[str, float] = {}
-    with Pool() as pool:
+    with ProcessPool() as pool:
         job = find_all(photo, Known(region, texel_px, start, lattice, seed), pool)
         finds = yield from part(time_stages(job, seconds), 0.0, 0.9)
         return (yield from part(split_best(finds, seconds, pool), 0.9, 1.0))
@@ -127,7 +127,7 @@ def decompose_whole_cloth(
     """
     seconds: dict[str, float] = {}
     photo = encode(image)
-    with Pool() as pool:
+    with ProcessPool() as pool:
         job = find_whole(photo, Known(region, texel_px, start, lattice, seed), finds, pool)
         found = yield from part(time_stages(job, seconds), 0.0, 0.6)
         if len(found) > 1:
@@ -147,7 +147,7 @@ def decompose_whole_cloth(
         return (yield from part(split_best([best], seconds, pool), 0.9, 1.0))
 
 
-def follow_on(image: Image, found: FoundCloth, seed: int, pool: Pool) -> Job[FoundCloth]:
+def follow_on(image: Image, found: FoundCloth, seed: int, pool: ProcessPool) -> Job[FoundCloth]:
     """Return a find followed on over the object that is cut out of the `image` around it.
 
     Raises `InputError` where it is all of the object.
@@ -180,7 +180,7 @@ def split(found: FoundCloth) -> Decomposition:
     return finish(found, found.model if found.scale == 1 else finished_model(found.laid))
 
 
-def split_best(finds: list[FoundCloth], seconds: dict[str, float], pool: Pool) -> Job[Decomposition]:
+def split_best(finds: list[FoundCloth], seconds: dict[str, float], pool: ProcessPool) -> Job[Decomposition]:
     """Return the parts of that find that explains most, with the `seconds` that stages took.
 
     Raises `NoPatternError` where no find explains a pixel.

@@ -10,7 +10,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.linalg.blas import one_thread
-from core.linalg.jobs_beside import PlannedJob, Pool
+from core.linalg.jobs_beside import PlannedJob, ProcessPool
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.shrinking import shrunk_mask, working_scale
 from core.overlay.likelihood import count_explained
@@ -71,7 +71,7 @@ class FoundCloth:
         model = self.model if self.scale == 1 else finished_model(self.laid.as_searched)
         return count_explained(model.photo, model.modelled, model.inside) if model.has_cloth else -math.inf
 
-    def is_to_explain(self, pool: Pool) -> bool:
+    def is_to_explain(self, pool: ProcessPool) -> bool:
         """Return whether what speaks for it is not known, and may be told in another process."""
         return pool.is_beside and "explained" not in vars(self)
 
@@ -100,14 +100,14 @@ def choose(finds: list[FoundCloth]) -> FoundCloth:
     return best
 
 
-def explain_each(finds: list[FoundCloth], pool: Pool) -> Job[None]:
+def explain_each(finds: list[FoundCloth], pool: ProcessPool) -> Job[None]:
     """Tell what speaks for each find, at once where the `pool` has other processes; else it is told when asked for."""
     begun = begin_to_explain(finds[1:], pool)
     first = [(found, pool.plan(explain, found.searched)) for found in finds[:1] if found.is_to_explain(pool)]
     yield from take_explained(first + begun)
 
 
-def begin_to_explain(finds: list[FoundCloth], pool: Pool) -> list[tuple[FoundCloth, Explaining]]:
+def begin_to_explain(finds: list[FoundCloth], pool: ProcessPool) -> list[tuple[FoundCloth, Explaining]]:
     """Begin to tell what speaks for each find, where that is not known and the `pool` has other processes."""
     return [(found, pool.begin(explain, found.searched)) for found in finds if found.is_to_explain(pool)]
 

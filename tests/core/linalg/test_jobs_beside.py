@@ -11,7 +11,7 @@ import pytest
 from core.arrays import CurveError
 from core.linalg import jobs_beside
 from core.linalg.beside import Process
-from core.linalg.jobs_beside import HERE, PlannedJob, Pool, use_all_processors
+from core.linalg.jobs_beside import HERE, PlannedJob, ProcessPool, use_all_processors
 from core.overlay.detection.seeding import NoPatternError
 from core.progress import in_one_step, run
 
@@ -20,10 +20,10 @@ NUMBER, LONG = (in_one_step, "counting", os.getpid), (in_one_step, "waiting", ti
 
 
 @pytest.fixture
-def pool(monkeypatch: pytest.MonkeyPatch) -> Iterator[Pool]:
+def pool(monkeypatch: pytest.MonkeyPatch) -> Iterator[ProcessPool]:
     """Return a pool on a machine with two processors."""
     monkeypatch.setattr(jobs_beside, "count_processors", lambda: 2)
-    with use_all_processors(), Pool() as pool:
+    with use_all_processors(), ProcessPool() as pool:
         yield pool
 
 
@@ -48,17 +48,17 @@ def process_of(job: PlannedJob[Any]) -> Process:
 
 def test_without_leave_all_jobs_are_done_here() -> None:
     assert run(HERE.begin(*NUMBER).result()) == os.getpid()
-    assert on_another_thread(lambda: run(Pool().run(*NUMBER))) == os.getpid()
+    assert on_another_thread(lambda: run(ProcessPool().run(*NUMBER))) == os.getpid()
 
 
 def test_what_is_begun_is_done_in_another_process_and_what_the_main_thread_asks_for_first_in_this_one(
-    pool: Pool,
+    pool: ProcessPool,
 ) -> None:
     other, planned = begun(pool.begin(*NUMBER)), pool.plan(*NUMBER)
     assert run(planned.result()) == os.getpid() != run(other.result())
 
 
-def test_the_main_thread_does_what_waits_for_a_process(pool: Pool) -> None:
+def test_the_main_thread_does_what_waits_for_a_process(pool: ProcessPool) -> None:
     process = process_of(pool.begin(*LONG))
     assert run(pool.begin(*NUMBER).result()) == os.getpid()
     assert process.runs
@@ -67,7 +67,7 @@ def test_the_main_thread_does_what_waits_for_a_process(pool: Pool) -> None:
 @pytest.mark.usefixtures("pool")
 def test_another_thread_does_none_of_them() -> None:
     def work() -> set[int]:
-        with Pool() as pool:
+        with ProcessPool() as pool:
             return {run(pool.run(*NUMBER)), *(run(job.result()) for job in [pool.begin(*NUMBER) for _ in range(3)])}
 
     numbers = on_another_thread(work)
@@ -75,7 +75,7 @@ def test_another_thread_does_none_of_them() -> None:
     assert len(numbers) <= 2
 
 
-def test_steps_and_faults_come_through(pool: Pool) -> None:
+def test_steps_and_faults_come_through(pool: ProcessPool) -> None:
     steps = pool.begin(*NUMBER).result()
     assert {step.note for step in steps} <= {"", "counting"}
     failing = begun(pool.begin(in_one_step, "", math.sqrt, -1.0))
@@ -83,7 +83,7 @@ def test_steps_and_faults_come_through(pool: Pool) -> None:
         run(failing.result())
 
 
-def test_a_job_that_is_stopped_ends_with_its_process_and_the_next_one_has_another(pool: Pool) -> None:
+def test_a_job_that_is_stopped_ends_with_its_process_and_the_next_one_has_another(pool: ProcessPool) -> None:
     long = pool.begin(*LONG)
     process = process_of(long)
     long.stop()
@@ -93,7 +93,7 @@ def test_a_job_that_is_stopped_ends_with_its_process_and_the_next_one_has_anothe
 
 def test_all_jobs_end_with_the_pool(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(jobs_beside, "count_processors", lambda: 3)
-    with use_all_processors(), Pool() as pool:
+    with use_all_processors(), ProcessPool() as pool:
         processes = [process_of(pool.begin(*LONG)) for _ in range(2)]
         waiting = pool.begin(*NUMBER)
     assert not any(process.runs for process in processes)
@@ -107,7 +107,7 @@ def test_faults_are_the_same_in_another_process() -> None:
     assert str(pickle.loads(pickle.dumps(NoPatternError("there")))) == str(NoPatternError("there"))  # noqa: S301
 
 
-def test_who_waits_for_a_step_can_turn_away(pool: Pool) -> None:
+def test_who_waits_for_a_step_can_turn_away(pool: ProcessPool) -> None:
     job = pool.begin(*LONG)
     process_of(job)
     steps = job.result()
