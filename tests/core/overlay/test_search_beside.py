@@ -10,12 +10,12 @@ import pytest
 from core.arrays import Floats
 from core.imaging.image import Image
 from core.linalg import jobs_beside
-from core.linalg.jobs_beside import PlannedJob, use_all_processors
+from core.linalg.jobs_beside import PlannedJob, ProcessPool, use_all_processors
 from core.overlay import cloth_search
 from core.overlay.cloth_search import Known, find
 from core.overlay.decomposition import Decomposition, decompose, decompose_whole_cloth
 from core.overlay.filters import shrinking
-from core.overlay.found_cloth import FoundCloth
+from core.overlay.found_cloth import FoundCloth, explain_each
 from core.overlay.search.large_periods import NOTE
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import make_scene, motif
@@ -65,6 +65,17 @@ def test_the_whole_cloth(monkeypatch: pytest.MonkeyPatch, done_beside: list[str]
     monkeypatch.setattr(shrinking, "WORKING_PX", working_px)
     assert_alike(lambda: decompose_whole_cloth(on_ground()))
     assert done_beside[:2] == ["find_if_any", "explain"]
+
+
+def test_what_speaks_for_each_find(done_beside: list[str]) -> None:
+    (found,) = run(find(SCENE.photo, Known(HALF)))
+    finds = [found, replace(found), replace(found)]
+    with use_all_processors(), ProcessPool() as pool:
+        run(explain_each(finds, pool))
+    explained = [vars(find)["explained"] for find in finds]
+    assert explained == [replace(found).explained] * 3
+    assert all(np.array_equal(find.model.uv, found.model.uv, equal_nan=True) for find in finds)
+    assert done_beside[0] == "explain"
 
 
 def test_a_region_in_which_the_first_find_leaves_doubts(
