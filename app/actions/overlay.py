@@ -70,10 +70,12 @@ def take_whole(editor: Editor) -> None:
 
 def can_take_whole(editor: Editor) -> bool:
     """Return whether there is a find to follow on, or nothing is found or painted and what stands out can be taken."""
+    if editor.overlay.is_running:
+        return False
     if has_layers(editor):
         return editor.overlay.is_final
     region = editor.document.cloth.region
-    return in_mode(editor) and not editor.overlay.is_running and (region is None or region.is_empty)
+    return in_mode(editor) and (region is None or region.is_empty)
 
 
 def _take_search(editor: Editor, name: str, steps: Callable[[], Job[Cloth]]) -> None:
@@ -86,7 +88,7 @@ def _take_search(editor: Editor, name: str, steps: Callable[[], Job[Cloth]]) -> 
         is_painted = document.cloth.region is not cloth.region
         return document.with_cloth(region=document.cloth.region if is_painted else found.region, search=found.search)
 
-    editor.start(name, steps, apply)
+    editor.overlay.watch(editor.start(name, steps, apply))
 
 
 def go_on(editor: Editor) -> None:

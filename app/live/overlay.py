@@ -32,6 +32,8 @@ class LiveOverlay:
         self.stage_lattice: tuple[Ints, Points] | None = None
         """Coordinates (n, 2) and positions (n, 2) of the lattice that the job under way has found so far."""
         self._jobs = jobs
+        self._other: Ticket | None = None
+        """A job that looks for another find on the photo, and makes that the document's."""
         self._image: Image | None = None
         self._search: Search | None = None
         self._covered: Raster | None = None
@@ -52,9 +54,18 @@ class LiveOverlay:
         return self._is_final
 
     @property
+    def under_way(self) -> Ticket | None:
+        """The job that looks for the pattern now, if one does."""
+        return next((job for job in (self.ticket, self._other) if job is not None and job.is_under_way), None)
+
+    @property
     def is_running(self) -> bool:
         """Whether the pattern is being looked for."""
-        return self.ticket is not None and self.ticket.state in ("waiting", "running") and not self.ticket.cancelled
+        return self.under_way is not None
+
+    def watch(self, other: Ticket) -> None:
+        """Show how far a job is that looks for another find on the photo, until the document asks for one itself."""
+        self._other = other
 
     def answer(self, document: Document) -> Answer:
         """Return the editor's map, which leaves the picture as it is."""
@@ -79,6 +90,8 @@ class LiveOverlay:
 
     def _follow(self, document: Document) -> None:
         """Forget what belongs to other inputs."""
+        self.cancel()
+        self._other = None
         image, search = document.image, document.cloth.search
         if image is not self._image or search is None:
             self._layers = None
@@ -94,7 +107,8 @@ class LiveOverlay:
 
     def _begin_anew(self, document: Document) -> None:
         """Forget the job under way, and take the layers if they are known."""
-        self.cancel()
+        if self.ticket is not None:
+            self.ticket.cancel()
         self.fault = self.ticket = self.stage_lattice = None
         layers = get_layers(document)
         self._is_final = layers is not None
@@ -120,9 +134,10 @@ class LiveOverlay:
             self.ticket = self.fault = None
 
     def cancel(self) -> None:
-        """Stop the job under way."""
-        if self.ticket is not None:
-            self.ticket.cancel()
+        """Stop what is under way."""
+        for job in (self.ticket, self._other):
+            if job is not None:
+                job.cancel()
 
     def _start(self, document: Document) -> None:
         def is_present() -> bool:
@@ -143,8 +158,10 @@ class LiveOverlay:
 
     def _take_preview(self) -> None:
         """Take the newest lattice that the job has to show, or the layers as they lie, with the light of before."""
-        stage = self.ticket.progress.preview if self.ticket is not None and self.is_running else None
-        if isinstance(stage, OverlayLayers):
+        if self._other is not None and not self._other.is_under_way:
+            self._other = self.stage_lattice = None
+        stage = self.under_way.progress.preview if self.under_way is not None else None
+        if isinstance(stage, OverlayLayers) and self.under_way is self.ticket:
             # On these nothing is laid yet of what is covered by hand.
             self._layers = stage if self._covered is None or self._covered.is_empty else self._layers
         elif isinstance(stage, Stage) and stage.lattice is not None and stage.shape is not None:

@@ -60,6 +60,11 @@ class Ticket:
         """Whether the task is to stop at its next yield; its result is dropped."""
         return self._cancelled.is_set()
 
+    @property
+    def is_under_way(self) -> bool:
+        """Whether the task waits or runs, and its result is wanted."""
+        return self.state in ("waiting", "running") and not self.cancelled
+
     def cancel(self) -> None:
         """Stop the task at its next yield and drop its result."""
         self._cancelled.set()

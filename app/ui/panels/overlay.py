@@ -117,8 +117,8 @@ class OverlayPanel:
         forget = self._table.by_name["overlay.forget"]
         action_button(self._editor, forget, text="Forget", width=width, height=em(2.0))
         with at_least(*STATES):
-            if work.is_running and work.ticket is not None:
-                imgui.progress_bar(work.ticket.progress.fraction, ImVec2(-1, em(0.5)), "")
+            if work.under_way is not None:
+                imgui.progress_bar(work.under_way.progress.fraction, ImVec2(-1, em(0.5)), "")
             if work.fault is not None:
                 fault(work.fault)
             faint(self._state())
@@ -130,8 +130,8 @@ class OverlayPanel:
     def _state(self) -> str:
         """Return in words what was found, or what to do."""
         work, layers = self._editor.overlay, self._editor.overlay.layers
-        if work.is_running and work.ticket is not None:
-            note = work.ticket.progress.note
+        if work.under_way is not None:
+            note = work.under_way.progress.note
             return f"{note.capitalize()} …" if note else "Waiting …"
         if work.fault is not None:
             return ADVICE_UNPAINTED if self._table.by_name["overlay.whole"].enabled(self._editor) else ADVICE_PAINTED

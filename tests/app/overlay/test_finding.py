@@ -18,8 +18,11 @@ from core.document.project import load_project, save_project
 from core.imaging.images import Image
 from core.masks.object_masks import as_bytes
 from core.overlay.decomposition import decompose_whole_cloth
+from core.overlay.detection.alignment import PatchFrames
+from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
-from core.progress import run
+from core.overlay.detection.stages import Stage
+from core.progress import Progress, run
 from core.rasters.raster import Raster
 from tests.app.driver import EditorDriver, Later
 from tests.app.overlay.driver import PHOTO, TABLE, OverlayDriver, cloth_on_a_table
@@ -214,3 +217,35 @@ def test_lattice_that_grows_is_shown_in_place_of_the_one_before(drive: OverlayDr
     assert before > len(lines) == 4
     assert all(len(line.points) == 2 for line in lines)
     later.run()
+
+
+def test_a_search_for_the_whole_cloth_is_shown_like_any_other_and_can_be_cancelled() -> None:
+    later, live = Later(), InlineExecutor()
+    drive = EditorDriver(Document.of(PHOTO).changed(mode="overlay"), jobs=Jobs(live=live, long=later, beside=live))
+    assert TABLE.run("overlay.whole", drive.editor)
+    overlay = drive.frame().editor.overlay
+    ticket = overlay.under_way
+    assert ticket is not None
+    assert ticket.name == "Whole cloth"
+    assert not TABLE.run("overlay.whole", drive.editor), "one at a time"
+    keys = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
+    frames = PatchFrames(20.0 * keys + 30, np.tile(20.0 * np.eye(2), (4, 1, 1)), np.ones(4))
+    shape = PHOTO.height_px, PHOTO.width_px
+    ticket.progress = Progress(0.5, preview=Stage("lattice", Lattice(keys, frames), shape=shape))
+    drive.frame()
+    assert len(lattice_shapes(drive.editor)) == 4
+    overlay.cancel()
+    drive.frame()
+    assert not overlay.is_running
+    assert not lattice_shapes(drive.editor)
+    later.run()
+    assert drive.frame().document.cloth.search is None
+    assert TABLE.run("overlay.whole", drive.editor)
+    again = overlay.under_way
+    assert again is not None
+    drive.editor.edit("Find pattern", drive.document.with_cloth(search=Search()))
+    drive.frame()
+    assert again.cancelled
+    later.run()
+    assert drive.frame().editor.overlay.is_final
+    assert drive.labels == ("Find pattern",), "what is asked for meanwhile counts"
