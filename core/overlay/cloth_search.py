@@ -30,7 +30,7 @@ LEAST_UNTOLD = 5.0
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of a cloth before it is looked for, as `decompose` takes it, on the photo that it is known of."""
+    """What is known of a cloth before it is looked for, as `decompose` takes it; lengths are pixels of its photo."""
 
     region: Bools | Singles | None = None
     texel_px: float | None = None
@@ -84,7 +84,7 @@ def find_all_searched(photo: Floats | Singles, known: Known, pool: ProcessPool) 
     if not finds:
         raise NoPatternError
     if not is_given and known.region is not None and not any(found.is_clear for found in finds):
-        yield from explain_each(finds, pool)
+        yield from part(explain_each(finds, pool), 0.9, 0.9)
         with suppress(NoPatternError):
             job = pool.begin(follow, choose(finds), known.region, known.seed).result()
             finds.append((yield from part(job, 0.9, 1.0)))

@@ -131,7 +131,7 @@ def decompose_whole_cloth(
         job = find_whole(photo, Known(region, texel_px, start, lattice, seed), finds, pool)
         found = yield from part(time_stages(job, seconds), 0.0, 0.6)
         if len(found) > 1:
-            yield from explain_each(found, pool)
+            yield from part(explain_each(found, pool), 0.6, 0.6)
         best = choose(found)
         begun = begin_to_explain([best], pool)
         compared, fault = [best], InputError(NO_BETTER)
@@ -188,7 +188,7 @@ def split_best(finds: list[FoundCloth], seconds: dict[str, float], pool: Process
     yield Progress(0.0, SPLITTING)
     started = time.perf_counter()
     if len(finds) > 1 or finds[0].scale == 1:
-        yield from part(explain_each(finds, pool), 0.0, 0.5)
+        yield from explain_each(finds, pool)
     best = choose(finds)
     result = split(best)
     kept = replace(best.searched, cloth=best.cloth.without_results)

@@ -115,7 +115,7 @@ def begin_to_explain(finds: list[FoundCloth], pool: ProcessPool) -> list[tuple[F
 def take_explained(begun: list[tuple[FoundCloth, Explaining]]) -> Job[None]:
     """Keep with each find what is told of it."""
     for found, explaining in begun:
-        found.take(*(yield from part(explaining.result(), 1.0, 1.0)))
+        found.take(*(yield from part(explaining.result(), 0.0, 0.0)))
 
 
 def explain(found: FoundCloth) -> Job[tuple[float, PixelModel]]:

@@ -52,17 +52,18 @@ def done_beside(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def assert_alike(search: Callable[[], Job[Decomposition]]) -> None:
     alone = run(search())
+    fractions: list[float] = []
     with use_all_processors():
-        together = run(search())
+        together = run(search(), lambda step: fractions.append(step.fraction))
+    assert fractions == sorted(fractions)
     assert alone.covered.any()
     for name in ("uv", "shading", "detail", "reconstruction", "coverage", "basis"):
         assert np.array_equal(getattr(alone, name), getattr(together, name), equal_nan=True), name
     assert alone.explained == together.explained
 
 
-@pytest.mark.parametrize("working_px", [800, 200])
-def test_the_whole_cloth(monkeypatch: pytest.MonkeyPatch, done_beside: list[str], working_px: int) -> None:
-    monkeypatch.setattr(shrinking, "WORKING_PX", working_px)
+def test_the_whole_cloth_of_a_photo_that_is_shrunk(monkeypatch: pytest.MonkeyPatch, done_beside: list[str]) -> None:
+    monkeypatch.setattr(shrinking, "WORKING_PX", 200)
     assert_alike(lambda: decompose_whole_cloth(on_ground()))
     assert done_beside[:2] == ["find_if_any", "explain"]
 
