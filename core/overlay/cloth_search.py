@@ -74,7 +74,7 @@ def find_all_searched(photo: Floats | Singles, known: Known, pool: ProcessPool) 
     """Return what `find_all` does, of the photo as it is searched."""
     is_given = known.start is not None or known.lattice is not None
     other = pool.plan(find_on_object if known.region is None else find_again, photo, known)
-    finds = yield from part(in_doubt(pool.run(find_if_any, photo, known), other), 0.0, 0.5)
+    finds = yield from part(begin_in_doubt(pool.run(find_if_any, photo, known), other), 0.0, 0.5)
     is_enough = any(found.is_clear if known.region is None else found.is_sure for found in finds)
     if is_given or is_enough:
         other.stop()
@@ -144,8 +144,8 @@ def find_on_whole_object(
     return [*(found for found in finds if not more or lies_on(found.covered, inside)), *more]
 
 
-def in_doubt(first: Job[T], other: PlannedJob[S]) -> Job[T]:
-    """Return what the `first` job does; the other one begins when that looks for large texels, since it has doubts."""
+def begin_in_doubt(first: Job[T], other: PlannedJob[S]) -> Job[T]:
+    """Return what the `first` job does; begin the other when that looks for large texels, since it has doubts then."""
     for step in (steps := Steps(first)):
         if step.note == NOTE:
             other.begin()
