@@ -16,7 +16,7 @@ from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.filters.shrinking import shrunk, shrunk_mask, to_small, working_scale
 from core.overlay.found_cloth import FoundCloth, at_photo_size, choose, explain_each, may_be_cloth, opacity_of
-from core.overlay.search.finding import Find, find_cloth, find_print, follow_within, register_lattice
+from core.overlay.search.finding import ENLARGING, Find, find_cloth, find_print, follow_within, register_lattice
 from core.overlay.search.large_periods import NOTE, Correspondences
 from core.progress import Job, Steps, part
 from core.selection.salient_object import find_salient_object
@@ -145,9 +145,9 @@ def find_on_whole_object(
 
 
 def begin_in_doubt(first: Job[T], other: PlannedJob[S]) -> Job[T]:
-    """Return what the `first` job does; begin the other when that looks for large texels, since it has doubts then."""
+    """Return what the `first` job does; begin the other when that has doubts, and so looks at what is larger."""
     for step in (steps := Steps(first)):
-        if step.note == NOTE:
+        if step.note in (ENLARGING, NOTE):
             other.begin()
         yield step
     return steps.result

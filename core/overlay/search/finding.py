@@ -36,6 +36,8 @@ from core.overlay.search.large_periods import Correspondences, find_large
 from core.overlay.search.magnified import MOST_PX, magnified, restrict
 from core.progress import Job, Progress, part
 
+ENLARGING = "looking at the photo enlarged"
+
 AS_MUCH = 0.9
 """Share of what a lattice explains, or of what may be cloth, beyond which the rest is noise."""
 
@@ -166,6 +168,7 @@ def find_cloth(
     search = find_lattices(canvas, np.random.default_rng(seed), texel_px=texel_px)
     finds = yield from part(register_each(photo, canvas, search, [], seed), 0.0, 0.3)
     if not any(find.is_credible for find in finds) and can_be_magnified(canvas.shape):
+        yield Progress(0.3, ENLARGING)
         large, place = magnified(photo, np.asarray(canvas.valid[..., 0] > 0, np.bool_))
         side = None if texel_px is None else TIMES * texel_px
         search = find_lattices(place, np.random.default_rng(seed), texel_px=side, most_px=MOST_PX)
