@@ -86,7 +86,7 @@ def find_all_searched(photo: Floats | Singles, known: Known, pool: ProcessPool) 
     if not is_given and known.region is not None and not any(found.is_clear for found in finds):
         yield from part(explain_each(finds, pool), 0.9, 0.9)
         with suppress(NoPatternError):
-            job = pool.begin(follow, choose(finds), known.region, known.seed).result()
+            job = pool.run(follow, choose(finds), known.region, known.seed)
             finds.append((yield from part(job, 0.9, 1.0)))
     return finds
 
@@ -126,7 +126,7 @@ def find_on_whole_object(
         if bare is None:
             return finds or []
         bare.stop()
-        return (yield from pool.begin(find_if_any, photo, known).result())
+        return (yield from pool.run(find_if_any, photo, known))
     within = replace(known, region=inside)
     finds = finds or []
     if bare is not None:
