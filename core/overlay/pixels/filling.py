@@ -1,9 +1,9 @@
 """Cloth that is seen but not followed: beside folds, between pieces and at the rim of a region that the user gave.
 
-It has the colours of the texel, in patches that are no wider. Cloth that is followed is carried on there: by the mesh,
-or from the nearest cloth alone where the mesh would be crushed. A button or a belt has others and keeps the photo's
-pixels. In a region that the user gave it may be however far from cloth that is followed, and however large, if it is as
-solid as cloth is; where nobody said where the cloth is, only what cloth encloses is filled, and within a lattice step.
+It has the colours of the texel. Cloth that is followed is carried on there: by the mesh, or from the nearest cloth
+alone where the mesh would be crushed. A button or a belt has others and keeps the photo's pixels. In a region that the
+user gave it may be however far from cloth that is followed, and however large, if it is as solid as cloth is; where
+nobody said where the cloth is, only what cloth encloses is filled, and within a lattice step.
 """
 
 from dataclasses import dataclass, replace
@@ -11,33 +11,31 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats, Singles
+from core.arrays import Bools, Singles
 from core.overlay.detail.sparse_reflectance import mean_light
 from core.overlay.filters.distances import distance, open_by_disc
 from core.overlay.filters.smoothing import gaussian
-from core.overlay.filters.texture_filter import DENSITY
 from core.overlay.mesh import Box, around
 from core.overlay.palette import GROUPS, from_shades, palette
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.region import clean, continue_on
 from core.overlay.registration.registration import ClothState
-from core.overlay.texel import Texel
 from core.overlay.tolerances import SHADES, STRETCH
 
 GLARING = 2.2
-"""The same, over that which is usual around, for a spot amid the cloth of a region that the user gave."""
+"""Most light over that of the cloth around (`SHADES`), for a spot amid the cloth of a region that the user gave."""
 OFF = 0.1
 """Least distance, at a shading of one, up to which a colour is one of the texel's."""
-WIDER = 1.5
-"""Radius of a patch of one colour, over that of the widest one in the texel."""
 STRAIGHT = 0.5
 """Lattice steps by which the nearest cloth alone is carried on, but in a region that the user gave."""
 SOLID = 0.2
 """Lattice steps of the radius of a disc that fits into cloth further away."""
 SPOT = 3.5
-"""Area, in lattice steps, up to which a spot amid cloth is cloth however wide its patch is."""
+"""Area, in lattice steps, up to which a spot amid cloth is cloth however it shines."""
 AMID = 0.6
 """Share of the border of such a spot that it has with cloth."""
+MARGIN = 8
+"""Pixels beside a place beyond which nothing tells its pixels' colours."""
 
 
 @dataclass(frozen=True)
@@ -61,30 +59,25 @@ def filled(cloth: FittedCloth, found: Fit, pieces: list[ClothState], masks: list
         open_to &= find_enclosed(covered, 2 * cloth.step_px) & (gaps.min(0) < cloth.step_px)
     owner = gaps.argmin(0)
     carried, possible = [], []
-    # What is further away changes neither a pixel's colour nor the width of its patch.
-    widest = radii(found.texel, palette(found.texel, GROUPS))
-    margin = 2 * int(WIDER * max(widest) + 1) + 8
-    photo = cloth.photo.astype(np.float32)
-    coloured, alike = np.zeros(covered.shape, bool), np.zeros(covered.shape, bool)
+    photo, few = cloth.photo.astype(np.float32), palette(found.texel, GROUPS)
+    alike = np.zeros(covered.shape, bool)
     for number, piece in enumerate(pieces):
         mine = open_to & (owner == number)
         further, sound = carried_on(cloth, piece, mine)
         carried.append(further)
         possible.append(sound)
-        box = box_around(mine, margin)
+        box = box_around(mine, MARGIN)
         light = cloth.mesh.smooth_to_pixels(further.rho[..., None], box).astype(np.float32)
-        own, wide = colours_of(photo[box], found, light, widest)
-        coloured[box] |= mine[box] & own
-        alike[box] |= mine[box] & own & ~wide
+        alike[box] |= mine[box] & find_coloured_as(few, photo[box], found, light, SHADES)
+    coloured = alike.copy()
     # Straight on, the pattern soon lies beside what the photo shows.
     reached = np.any(possible, axis=0) & (gaps.min(0) < cloth.step_px)
     whole = covered | (alike & (reached | (gaps.min(0) < STRAIGHT * cloth.step_px)))
     if cloth.in_region:
-        box = box_around(open_to, margin)
+        box, colours = box_around(open_to, MARGIN), palette(found.texel)
         seen, light = photo[box], mean_light(photo, cloth.valid, found.texel, cloth.basis)[box][..., None]
-        own = find_coloured_as(palette(found.texel), seen, found, light, SHADES)
-        alike[box] |= open_to[box] & own & ~colours_of(seen, found, light, widest)[1]
-        coloured[box] |= open_to[box] & find_coloured_as(palette(found.texel), seen, found, light, (SHADES[0], GLARING))
+        alike[box] |= open_to[box] & find_coloured_as(colours, seen, found, light, SHADES)
+        coloured[box] |= open_to[box] & find_coloured_as(colours, seen, found, light, (SHADES[0], GLARING))
         whole |= open_by_disc(covered | alike, SOLID * cloth.step_px)
     whole = clean(whole, cloth.sigma_px / 2)
     # What is left amid cloth, and no larger than this, is no belt.
@@ -157,35 +150,6 @@ def find_coloured_as(
 ) -> Bools:
     """Return which pixels (H, W) of a photo (H, W, 3) have one of the colours (k, 3) in a shade of light (H, W, 1)."""
     off = np.min([from_shades(photo, light * colour, shades) for colour in colours], axis=0)
-    return mostly(off < limit_of(found) * light[..., 0])
-
-
-def mostly(marks: Bools) -> Bools:
-    """Return the pixels (H, W) around which most are marked (H, W)."""
-    return np.asarray(gaussian(marks.astype(np.float32), 1.5) > 0.6, np.bool_)
-
-
-def limit_of(found: Fit) -> float:
-    """Return the distance, at a shading of one, of a colour from the texel's that is one of them."""
-    return max(OFF, 3 * float(np.sqrt(found.tolerance.noise)))
-
-
-def colours_of(photo: Singles, found: Fit, light: Singles, widest: Floats) -> tuple[Bools, Bools]:
-    """Return which pixels (H, W) have a colour of the texel, and which are in a patch wider than its are.
-
-    `photo` is (H, W, 3), `light` (H, W, 1), `widest` (k,) the `radii` of the texel's colours.
-    """
-    colours, limit = palette(found.texel, GROUPS), limit_of(found) * light[..., 0]
-    off = np.stack([from_shades(photo, light * colour, SHADES) for colour in colours])
-    least, nearest = off.min(0), off.argmin(0)
-    wide = np.zeros(least.shape, bool)
-    for number, radius in enumerate(widest):
-        wide |= open_by_disc(np.asarray((least < 2 * limit) & (nearest == number), np.bool_), int(WIDER * radius + 1))
-    return mostly(least < limit), wide
-
-
-def radii(texel: Texel, colours: Singles) -> Floats:
-    """Return the radius (k,) of the largest disc in the patches of each colour of a texel, pixels of the cloth."""
-    pixels = np.linalg.norm(texel.tiled(3, 3)[..., None, :] - colours, axis=-1).argmin(-1)
-    inside = [cv2.distanceTransform((pixels == k).astype(np.uint8), cv2.DIST_L2, 5) for k in range(len(colours))]
-    return np.array([float(d.max()) for d in inside]) / DENSITY
+    limit = max(OFF, 3 * float(np.sqrt(found.tolerance.noise)))
+    # Most of what is around a pixel has to have them.
+    return np.asarray(gaussian((off < limit * light[..., 0]).astype(np.float32), 1.5) > 0.6, np.bool_)

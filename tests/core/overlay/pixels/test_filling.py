@@ -138,6 +138,14 @@ def test_cloth_in_a_region_is_filled_however_large() -> None:
     assert in_region(SCENE.photo, missing)[20:150, 100:].mean() > 0.9
 
 
+def test_plain_cloth_of_a_colour_of_the_pattern_is_filled_in_a_region() -> None:
+    """A leg on which the motifs were not followed has more of the ground between them than the texel has."""
+    missing, photo = np.zeros(SIZE, bool), SCENE.photo.copy()
+    missing[:, 90:] = True
+    photo[:, 96:] = 0.9 * COLOURS[0]
+    assert in_region(photo, missing)[20:150, 100:].mean() > 0.9
+
+
 def test_thin_thing_of_a_colour_of_the_pattern_keeps_its_pixels_beside_the_cloth() -> None:
     missing, photo = np.zeros(SIZE, bool), SCENE.photo.copy()
     missing[:, 100:] = True
