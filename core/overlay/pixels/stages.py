@@ -113,7 +113,8 @@ def cut_surroundings(model: PixelModel) -> PixelModel:
     seen, _, _, covered = layers_of(model)
     beyond = ~(covered | reach(covered, border_width_px(model)))
     # What is thinner is told pixel by pixel, by the outline.
-    return hide(model, open_by_disc(find_surroundings(seen, covered, beyond, model.cloth.side_px), RIM_PX))
+    ground = find_surroundings(seen, covered, beyond, model.cloth.side_px, model.followed)
+    return hide(model, open_by_disc(ground, RIM_PX))
 
 
 def cut_occluders(model: PixelModel) -> PixelModel:

@@ -40,6 +40,15 @@ def test_table_of_the_cloths_colour_is_cut_off() -> None:
     assert off[CLOTH].mean() < 0.01
 
 
+def test_nothing_speaks_for_cloth_where_no_mesh_was_registered(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "PRIOR", 100.0)
+    covered = np.asarray(X < 150, np.bool_)
+    assert not find_surroundings(TABLE, covered, ~covered, SIDE).any()
+    off = find_surroundings(TABLE, covered, ~covered, SIDE, CLOTH)
+    assert off[covered & ~CLOTH].mean() > 0.6
+    assert off[CLOTH].mean() < 0.01
+
+
 def test_cloth_is_kept_where_its_outline_is_right() -> None:
     assert find_surroundings(TABLE, CLOTH, ~CLOTH, SIDE).mean() < 0.002
 
