@@ -34,8 +34,8 @@ SPOT = 3.5
 """Area, in lattice steps, up to which a spot amid cloth is cloth however it shines."""
 AMID = 0.6
 """Share of the border of such a spot that it has with cloth."""
-MARGIN = 8
-"""Pixels beside a place beyond which nothing tells its pixels' colours."""
+AROUND_PX = 1.5
+"""Width of the neighbourhood of which most has to have a pixel's colour."""
 
 
 @dataclass(frozen=True)
@@ -60,13 +60,14 @@ def filled(cloth: FittedCloth, found: Fit, pieces: list[ClothState], masks: list
     owner = gaps.argmin(0)
     carried, possible = [], []
     photo, few = cloth.photo.astype(np.float32), palette(found.texel, GROUPS)
+    margin = round(4 * AROUND_PX)  # a pixel's neighbourhood reaches no further
     alike = np.zeros(covered.shape, bool)
     for number, piece in enumerate(pieces):
         mine = open_to & (owner == number)
         further, sound = carried_on(cloth, piece, mine)
         carried.append(further)
         possible.append(sound)
-        box = box_around(mine, MARGIN)
+        box = box_around(mine, margin)
         light = cloth.mesh.smooth_to_pixels(further.rho[..., None], box).astype(np.float32)
         alike[box] |= mine[box] & find_coloured_as(few, photo[box], found, light, SHADES)
     coloured = alike.copy()
@@ -74,7 +75,7 @@ def filled(cloth: FittedCloth, found: Fit, pieces: list[ClothState], masks: list
     reached = np.any(possible, axis=0) & (gaps.min(0) < cloth.step_px)
     whole = covered | (alike & (reached | (gaps.min(0) < STRAIGHT * cloth.step_px)))
     if cloth.in_region:
-        box, colours = box_around(open_to, MARGIN), palette(found.texel)
+        box, colours = box_around(open_to, margin), palette(found.texel)
         seen, light = photo[box], mean_light(photo, cloth.valid, found.texel, cloth.basis)[box][..., None]
         alike[box] |= open_to[box] & find_coloured_as(colours, seen, found, light, SHADES)
         coloured[box] |= open_to[box] & find_coloured_as(colours, seen, found, light, (SHADES[0], GLARING))
@@ -152,4 +153,4 @@ def find_coloured_as(
     off = np.min([from_shades(photo, light * colour, shades) for colour in colours], axis=0)
     limit = max(OFF, 3 * float(np.sqrt(found.tolerance.noise)))
     # Most of what is around a pixel has to have them.
-    return np.asarray(gaussian((off < limit * light[..., 0]).astype(np.float32), 1.5) > 0.6, np.bool_)
+    return np.asarray(gaussian((off < limit * light[..., 0]).astype(np.float32), AROUND_PX) > 0.6, np.bool_)

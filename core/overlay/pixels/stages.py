@@ -113,7 +113,7 @@ def cut_surroundings(model: PixelModel) -> PixelModel:
     seen, _, _, covered = layers_of(model)
     beyond = ~(covered | reach(covered, border_width_px(model)))
     # What is thinner is told pixel by pixel, by the outline.
-    ground = find_surroundings(seen, covered, beyond, model.cloth.side_px, model.followed)
+    ground = find_surroundings(seen, covered, model.followed, beyond, model.cloth.side_px)
     return hide(model, open_by_disc(ground, RIM_PX))
 
 

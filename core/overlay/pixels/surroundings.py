@@ -51,20 +51,18 @@ class GaussianMixture:
         return np.asarray(np.logaddexp.reduce(scale - squares / 2, axis=1), np.float64)
 
 
-def find_surroundings(
-    photo: Floats | Singles, covered: Bools, beyond: Bools, side_px: float, followed: Bools | None = None
-) -> Bools:
+def find_surroundings(photo: Floats | Singles, covered: Bools, followed: Bools, beyond: Bools, side_px: float) -> Bools:
     """Return which covered pixels (H, W) show what surrounds the cloth of a photo (H, W, 3), and are connected with it.
 
-    What lies `beyond` (H, W) is surely none; nearer there may be cloth that is not covered. `side_px` is the side of a
-    texel. A mesh was registered where cloth was `followed` (H, W), everywhere if that is not given; elsewhere it was
-    carried on to what has the cloth's colours, which says nothing for it.
+    A mesh was registered where cloth was `followed` (H, W); elsewhere it was carried on to what has its colours, which
+    says nothing for it. What lies `beyond` (H, W) is surely none; nearer there may be cloth that is not covered.
+    `side_px` is the side of a texel.
     """
     width_px = WIDTH * side_px
     least_px, off = max(4 * np.pi * width_px**2, LEAST_PX), np.zeros(covered.shape, bool)
     if min(covered.sum(), beyond.sum()) < least_px:
         return off
-    prior = np.where(covered if followed is None else followed, PRIOR, 0.0)
+    prior = np.where(followed, PRIOR, 0.0)
     speaks = speaks_for_ground(photo, covered, covered, beyond, width_px, prior)
     ground = from_outside(covered & (speaks > 0), covered)
     cloth = covered & ~ground
@@ -77,19 +75,19 @@ def find_surroundings(
 
 
 def speaks_for_ground(
-    photo: Floats | Singles, covered: Bools, cloth: Bools, ground: Bools, width_px: float, prior: Floats | float = PRIOR
+    photo: Floats | Singles, covered: Bools, cloth: Bools, ground: Bools, width_px: float, prior: Floats
 ) -> Floats:
     """Return how much likelier (H, W), as a logarithm, covered pixels show what `ground` (H, W) does than `cloth`.
 
-    For cloth speaks what is known before, the logarithm `prior` (H, W), or one for all.
+    `prior` (H, W) is the logarithm of what speaks for cloth whatever is seen.
     """
     seen = look(np.asarray(photo, np.float32), cloth, width_px)
     # A cloth looks alike throughout.
     of_cloth = find_mixture(seen[draw_sample(cloth, SAMPLES)], 1)
     of_ground = find_mixture(seen[draw_sample(ground, SAMPLES)], GROUPS)
     out = np.zeros(covered.shape)
-    odds = of_ground.log_likelihood(seen[covered]) - of_cloth.log_likelihood(seen[covered])
-    out[covered] = np.clip(odds - np.broadcast_to(prior, covered.shape)[covered], -SURELY, SURELY)
+    odds = of_ground.log_likelihood(seen[covered]) - of_cloth.log_likelihood(seen[covered]) - prior[covered]
+    out[covered] = np.clip(odds, -SURELY, SURELY)
     return out
 
 
