@@ -2,18 +2,20 @@
 
 A keypoint on cloth has texture coordinates. One beyond it that looks alike [Lowe 2004] is at the same place of a texel,
 and its direction and size say how the cloth lies there. What its neighbours say has to agree with that, but for whole
-texels, far more often than by chance. So sleeves are found whose texels are large, of which no lattice grows.
+texels, more often than the luckiest of all keypoints would by chance. So sleeves are found whose texels are large, of
+which no lattice grows, and cloth whose motifs are too sparse to be followed from one to the next. Of another print with
+the same texels some keypoints agree as often: a piece that was followed counts if those in it still say the same.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 import scipy
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
-from core.overlay.detection.displacement_votes import ALIKE, BLOCK_PX, LIKELY, SAME_SIZE, surplus
+from core.overlay.detection.displacement_votes import ALIKE, BLOCK_PX, SAME_SIZE, surplus
+from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.orientation import slopes
 from core.overlay.registration.registration import ClothState
@@ -53,37 +55,52 @@ class Matches:
 
     def agree(self, away: Points, apart: Points, slopes: Floats) -> Bools:
         """Return which of n pairs, (n, 2) pixels `away` and texels `apart`, are so by slopes (2, 2) or (n, 2, 2)."""
-        missed = apart - (slopes @ away[..., None])[..., 0]
-        missed = (missed - np.rint(missed)) @ self.basis.T
+        return self.are_whole(apart - (slopes @ away[..., None])[..., 0])
+
+    def are_whole(self, apart: Points) -> Bools:
+        """Return which vectors (n, 2), texels, are nearly whole ones."""
+        missed = (apart - np.rint(apart)) @ self.basis.T
         return np.asarray(np.linalg.norm(missed, axis=-1) < OFF * self.side_px, np.bool_)
 
+    def confirm(self, mesh: ClothMesh, piece: ClothState) -> float:
+        """Return by how many standard deviations those that say what a piece says around them surpass chance."""
+        row, column = cells_at(mesh, self.points)
+        inside = piece.cells[row, column]
+        points = self.points[inside]
+        agree = self.are_whole(interpolation(mesh, points) @ piece.uv.reshape(-1, 2) - self.uv[inside])
+        seen, asked = (len(np.unique(points[which] // BLOCK_PX, axis=0)) for which in (agree, np.s_[:]))
+        return float(surplus(np.array(seen), np.array(asked * np.pi * OFF**2)))
 
-def find_starts(cloth: FittedCloth, found: Fit) -> Iterator[ClothState]:
-    """Yield where further pieces may begin, the surest first: coordinates, in texels, and the cells that tell them."""
-    if not has_room(cloth, found):
-        return
-    matches = match(cloth, found)
+
+def find_starts(cloth: FittedCloth, matches: Matches, taken: Bools) -> Iterator[ClothState]:
+    """Yield where further pieces may begin, the surest first: coordinates, in texels, and the cells that tell them.
+
+    Cells that are `taken` are left out, and so are those that are taken meanwhile.
+    """
     sure, agree = agreement(matches)
-    while len(sure) and sure.max() > LIKELY:
+    while len(sure) and sure.max() > by_chance(len(sure)):
         best = int(sure.argmax())
-        yield state_around(cloth, matches, best, agree[best])
+        start = state_around(cloth, matches, best, agree[best])
+        start = replace(start, cells=start.cells & ~taken)
+        if start.cells.any():
+            yield start
         sure[agree[best]] = 0.0
 
 
-def has_room(cloth: FittedCloth, found: Fit) -> bool:
-    """Return whether as many blocks as have to agree fit within the reach of a keypoint beyond what is followed."""
-    beyond = (cloth.valid & ~cloth.mesh.pixels_of(found.cells)).astype(np.float32)
-    across = 2 * round(REACH * cloth.side_px) + 1
-    room = cv2.boxFilter(beyond, -1, (across, across), normalize=False, borderType=cv2.BORDER_CONSTANT)
-    return bool(room.max() > LIKELY * BLOCK_PX**2)
+def by_chance(tries: int) -> float:
+    """Return what the largest of so many normal deviates comes to."""
+    return float(np.sqrt(2 * np.log(tries)))
+
+
+def cells_at(mesh: ClothMesh, points: Points) -> Ints:
+    """Return row and column (2, n) of the cells in which places (n, 2), pixels, lie."""
+    return np.clip((points.T[::-1] + 0.5) // mesh.cell, 0, np.array(mesh.cells)[:, None] - 1).astype(np.int64)
 
 
 def match(cloth: FittedCloth, found: Fit) -> Matches:
     """Return the keypoints beyond the followed cloth that look like one on it, and what that says of them."""
     keypoints = cloth.canvas.keypoints
-    column, row = (
-        np.clip((keypoints.points + 0.5) // cloth.mesh.cell, 0, np.array(cloth.mesh.cells[::-1]) - 1).astype(int).T
-    )
+    row, column = cells_at(cloth.mesh, keypoints.points)
     uv, lie = np.zeros((len(row), 2)), np.zeros((*cloth.mesh.cells, 2, 2))
     for piece in found.pieces:
         own = piece.cells[row, column]

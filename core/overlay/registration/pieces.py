@@ -16,7 +16,7 @@ from core.overlay.detection.lattice import Lattice, mean_template
 from core.overlay.detection.seeding import find_texels, grown_piece
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, fitting_cells, misfits, stage, starting_state
-from core.overlay.registration.matched_keypoints import OFF, find_starts
+from core.overlay.registration.matched_keypoints import OFF, by_chance, find_starts, match
 from core.overlay.registration.orientation import turned
 from core.overlay.registration.region import LIMIT, continue_on, ring
 from core.overlay.registration.region_growing import followed
@@ -50,9 +50,13 @@ def with_more_pieces(
     step = Progress(fraction, "following the cloth")
     if not cloth.is_divided:
         found = yield from with_like_texels(cloth, found, rng, step)
-    for start in islice(find_starts(cloth, found), MOST_CANDIDATES):
+    matches, taken = match(cloth, found), found.cells.copy()
+    for start in islice(find_starts(cloth, matches, taken), MOST_CANDIDATES):
         if len(found.pieces) < MOST_PIECES:
-            found = join(cloth, found, (yield from follow_from(cloth, found, start, step)))
+            piece = yield from follow_from(cloth, found, start, step)
+            if matches.confirm(cloth.mesh, piece) > by_chance(MOST_CANDIDATES):
+                found = join(cloth, found, piece)
+                taken |= found.cells
     return found
 
 
@@ -97,7 +101,6 @@ def follow_steps(cloth: FittedCloth, found: Fit, start: ClothState, step: Progre
 
 def follow_from(cloth: FittedCloth, found: Fit, start: ClothState, step: Progress) -> Job[ClothState]:
     """Return the piece that begins about so, in texels, as far as it was followed; what is too small is not."""
-    start = replace(start, cells=start.cells & ~found.cells)
     if cloth.steps_of(start.cells) < LEAST_START[cloth.few]:
         return start
     for blur_px in (OFF * cloth.side_px / 2, OFF * cloth.side_px / 4, SMOOTH_PX):

@@ -19,6 +19,7 @@ from tests.core.overlay.overlay_scenes import make_scene
 from tests.core.overlay.prints import print_of_blots
 
 SIDE, STEPS, SIZE = np.array([[72.0, 6.0], [-5.0, 70.0]]), 3, (200, 380)
+BELT = [0.8, 0.75, 0.2]
 BODY, SLEEVE = (slice(None), slice(0, 190)), (slice(20, -20), slice(230, 370))
 
 
@@ -28,7 +29,7 @@ def photo_with_sleeve(seed: int = 0) -> tuple[Floats, Floats]:
     turned = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     body = make_scene(print_of_blots(0), size=SIZE, basis=SIDE, bend=2.0)
     sleeve = make_scene(print_of_blots(seed), size=SIZE, basis=turned @ SIDE, bend=2.0, seed=1)
-    photo, uv = np.full((*SIZE, 3), [0.8, 0.75, 0.2]), np.full((*SIZE, 2), np.nan)
+    photo, uv = np.full((*SIZE, 3), BELT), np.full((*SIZE, 2), np.nan)
     for scene, where in ((body, BODY), (sleeve, SLEEVE)):
         photo[where], uv[where] = scene.photo[where], scene.uv[where]
     return photo, uv
@@ -68,7 +69,7 @@ def test_a_turned_sleeve_is_told_from_where_its_keypoints_lie_in_the_texel(
     sewn: tuple[FittedCloth, Fit, Floats],
 ) -> None:
     cloth, fit, uv = sewn
-    start = next(find_starts(cloth, fit))
+    start = next(find_starts(cloth, match(cloth, fit), fit.cells))
     missed = missed_px(cloth, start, uv)
     assert len(missed) > 1500
     assert np.percentile(missed, 90) < 0.1 * np.sqrt(np.linalg.det(SIDE))
@@ -107,9 +108,45 @@ def test_texels_larger_than_a_motif_are_divided() -> None:
         assert make_divided_cloth(photo, canvas, lattice).is_divided == is_divided
 
 
-def test_keypoints_of_another_print_do_not_agree() -> None:
-    cloth, fit = followed_body(*photo_with_sleeve(seed=3))
-    assert not list(find_starts(cloth, fit))
+def test_a_piece_that_shows_few_keypoints_is_followed() -> None:
+    whole, true = photo_with_sleeve()
+    photo, uv = whole.copy(), true.copy()
+    photo[:, 190:], uv[:, 190:] = BELT, np.nan
+    part = slice(75, 125), slice(275, 325)
+    photo[part], uv[part] = whole[part], true[part]
+    cloth, fit = followed_body(photo, uv)
+    found = run(with_more_pieces(cloth, fit, np.random.default_rng(0), 0.5))
+    assert cloth.mesh.pixels_of(found.cells)[part].mean() > 0.6
+    assert np.percentile(missed_px(cloth, found.pieces[-1], uv), 90) < 2.0
+
+
+@pytest.mark.parametrize("seed", range(3, 8))
+def test_a_sleeve_of_another_print_is_not_followed(seed: int) -> None:
+    cloth, fit = followed_body(*photo_with_sleeve(seed))
+    found = run(with_more_pieces(cloth, fit, np.random.default_rng(0), 0.5))
+    assert not cloth.mesh.pixels_of(found.cells)[SLEEVE].any()
+
+
+def test_keypoints_confirm_a_piece_that_lies_as_they_say(sewn: tuple[FittedCloth, Fit, Floats]) -> None:
+    cloth, fit, _ = sewn
+    matches = match(cloth, fit)
+    piece = run(with_more_pieces(cloth, fit, np.random.default_rng(0), 0.5)).pieces[-1]
+    assert matches.confirm(cloth.mesh, piece) > 10
+    assert matches.confirm(cloth.mesh, replace(piece, uv=piece.uv + [3.0, -2.0])) > 10
+    assert matches.confirm(cloth.mesh, replace(piece, uv=piece.uv + [0.5, 0.0])) < 2
+    assert matches.confirm(cloth.mesh, replace(piece, cells=np.zeros_like(piece.cells))) == 0
+
+
+def test_nothing_begins_where_cells_are_taken_meanwhile(sewn: tuple[FittedCloth, Fit, Floats]) -> None:
+    cloth, fit, _ = sewn
+    taken = fit.cells.copy()
+    starts = find_starts(cloth, match(cloth, fit), taken)
+    first = next(starts)
+    assert not (first.cells & fit.cells).any()
+    taken |= first.cells
+    rest = list(starts)
+    assert rest
+    assert not any((start.cells & first.cells).any() for start in rest)
 
 
 def test_matches_agree_by_whole_texels_only(sewn: tuple[FittedCloth, Fit, Floats]) -> None:
@@ -128,4 +165,4 @@ def test_where_nothing_is_followed_or_left_there_is_no_match(sewn: tuple[FittedC
     cloth, fit, _ = sewn
     for cells in (np.zeros_like(fit.cells), np.ones_like(fit.cells)):
         state = ClothState(fit.pieces[0].uv, fit.pieces[0].rho, cells)
-        assert not list(find_starts(cloth, Fit(fit.texel, (state,), fit.tolerance)))
+        assert not list(find_starts(cloth, match(cloth, Fit(fit.texel, (state,), fit.tolerance)), cells))
