@@ -59,10 +59,12 @@ def sums(photo: F, modelled: F, light: F, weight: F) -> Floats:
 
 
 def judge(planes: Floats, tolerance: Tolerance) -> tuple[Floats, Floats]:
-    """Return the misfit from smoothed `sums` (..., 18), strictly and mildly: 0 is perfect, `LIMIT` the cloth's end.
+    """Return the misfit from smoothed `sums` (..., 18), strictly and mildly: up to 0 is right, `LIMIT` the cloth's end.
 
-    Strictly it is the unexplained variance over the texture's in the same neighbourhood. Mildly it is what the
-    correlation of photo and model lacks, if that is less: a brick of another colour is a brick.
+    Strictly it is the unexplained variance, less the photo's noise, over the texture's in the same neighbourhood. Noise
+    is by how much the photo varies more than the model, up to what is usual on the cloth: thin lines are found on a
+    noisy photo, and even ground, which varies less than a texture, is still no cloth. Mildly it is what the correlation
+    of photo and model lacks, if that is less: a brick of another colour is a brick.
     """
     return _judge_means(planes / np.maximum(planes[..., 1:2], 1e-3), tolerance)
 
@@ -74,7 +76,9 @@ def _judge_means(means: Floats, tolerance: Tolerance) -> tuple[Floats, Floats]:
     seen = (means[..., 12:15] - means[..., 9:12] ** 2).sum(-1)
     common = (means[..., 15:18] - means[..., 2:5] * means[..., 9:12]).sum(-1)
     floor, usual = FLOOR * tolerance.own * light, UNUSUAL * tolerance.noise / LIMIT * light
-    unexplained = means[..., 0] / np.maximum(np.minimum(np.maximum(variance, floor), usual), 1e-6)
+    noise = np.clip(seen - variance, 0, tolerance.noise * light)
+    beyond = means[..., 0] - noise
+    unexplained = beyond / np.maximum(np.minimum(np.maximum(variance, floor), usual), 1e-6)
     correlation = common / np.sqrt(np.maximum(variance * (seen + LEAST_NOISE), 1e-12))
     lacking = np.where(variance > floor, LIMIT * (1 - correlation) / (1 - ALIKE), np.inf)
     mild = np.minimum(unexplained, lacking)

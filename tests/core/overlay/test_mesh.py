@@ -6,7 +6,7 @@ import pytest
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.mesh import ClothMesh, boxes_of
-from core.overlay.registration.region import Tolerance, judge, misfit, sums
+from core.overlay.registration.region import LIMIT, Tolerance, judge, misfit, sums
 from core.overlay.registration.thin_plate import spread
 from core.overlay.texel import draw_sample, estimate_texel
 from tests.core.overlay.overlay_scenes import make_scene, motif
@@ -66,6 +66,16 @@ def test_cells_and_neighbourhoods_of_pixels_are_judged_alike() -> None:
     for of_cell, of_pixels in zip(cell, wide, strict=True):
         assert np.ptp(of_pixels) < 0.02 * of_cell[0]
         assert of_pixels.mean() == pytest.approx(of_cell[0], rel=0.02)
+
+
+def test_noise_is_no_misfit_and_even_ground_and_another_phase_are() -> None:
+    model, light = 0.5 + RNG.normal(0, 0.1, (24, 24, 3)), np.ones((24, 24))
+    noise = RNG.normal(0, 0.085, model.shape)
+    tolerance = Tolerance(0.03, 3 * 0.085**2, 1.0)
+    for photo, is_cloth in ((model + noise, True), (0 * model + 0.5, False), (model[::-1] + noise, False)):
+        strict, _ = misfit(photo, model, light, light > 0, tolerance, 400.0)
+        assert (strict.mean() < LIMIT) == is_cloth
+        assert abs(strict.mean() - LIMIT) > 0.3
 
 
 def test_a_share_of_a_large_photo_shows_the_texel_as_well() -> None:

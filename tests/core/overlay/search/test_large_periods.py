@@ -108,7 +108,7 @@ def test_of_lattices_that_are_as_likely_that_is_kept_whose_texel_explains_most(
     canvas = painted(printed.photo)
     pairs, likely = find_likely(canvas)
     sure, basis = likely[0]
-    wrong = basis @ np.array([[1.0, 0.0], [0.45, 1.0]])
+    wrong = basis @ np.array([[1.0, 0.0], [0.5, 1.0]])
     for surer, kept in ((1.1, basis), (1.5, wrong)):
         monkeypatch.setattr(
             large_periods, "find_likely", lambda _, surer=surer: (pairs, [(surer * sure, wrong), (sure, basis)])
