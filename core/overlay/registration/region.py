@@ -63,8 +63,9 @@ def judge(planes: Floats, tolerance: Tolerance) -> tuple[Floats, Floats]:
 
     Strictly it is the unexplained variance, less the photo's noise, over the texture's in the same neighbourhood. Noise
     is by how much the photo varies more than the model, up to what is usual on the cloth: thin lines are found on a
-    noisy photo, and even ground, which varies less than a texture, is still no cloth. Mildly it is what the correlation
-    of photo and model lacks, if that is less: a brick of another colour is a brick.
+    noisy photo, and even ground, which varies less than a texture, is still no cloth. Nor is mere noise, of which the
+    mean over several texels has little: the texture varies as much as what is noise at least. Mildly it is what the
+    correlation of photo and model lacks, if that is less: a brick of another colour is a brick.
     """
     return _judge_means(planes / np.maximum(planes[..., 1:2], 1e-3), tolerance)
 
@@ -76,7 +77,7 @@ def _judge_means(means: Floats, tolerance: Tolerance) -> tuple[Floats, Floats]:
     seen = (means[..., 12:15] - means[..., 9:12] ** 2).sum(-1)
     common = (means[..., 15:18] - means[..., 2:5] * means[..., 9:12]).sum(-1)
     floor, usual = FLOOR * tolerance.own * light, UNUSUAL * tolerance.noise / LIMIT * light
-    noise = np.clip(seen - variance, 0, tolerance.noise * light)
+    noise = np.clip(seen - variance, 0, min(tolerance.noise, tolerance.own) * light)
     beyond = means[..., 0] - noise
     unexplained = beyond / np.maximum(np.minimum(np.maximum(variance, floor), usual), 1e-6)
     correlation = common / np.sqrt(np.maximum(variance * (seen + LEAST_NOISE), 1e-12))
