@@ -63,8 +63,8 @@ def judge(planes: Floats, tolerance: Tolerance) -> tuple[Floats, Floats]:
 
     Strictly it is the unexplained variance, less the photo's noise, over the texture's in the same neighbourhood. Noise
     is by how much the photo varies more than the model, up to what is usual on the cloth: thin lines are found on a
-    noisy photo, and even ground, which varies less than a texture, is still no cloth. Nor is mere noise, of which the
-    mean over several texels has little: the texture varies as much as what is noise at least. Mildly it is what the
+    noisy photo, and even ground, which varies less than a texture, is still no cloth. Nor is mere noise: it counts up
+    to the texture's own variance only, and its mean over several texels varies little. Mildly it is what the
     correlation of photo and model lacks, if that is less: a brick of another colour is a brick.
     """
     return _judge_means(planes / np.maximum(planes[..., 1:2], 1e-3), tolerance)

@@ -78,6 +78,13 @@ def test_noise_is_no_misfit_and_even_ground_and_another_phase_are() -> None:
         assert abs(strict.mean() - LIMIT) > 0.3
 
 
+def test_mere_noise_is_no_cloth_of_the_little_texture_that_its_mean_has() -> None:
+    noise, light = RNG.normal(0, 0.1, (24, 24, 3)), np.ones((24, 24))
+    model = 0.5 + RNG.normal(0, 0.03, noise.shape)
+    strict, _ = misfit(0.5 + noise, model, light, light > 0, Tolerance(0.0027, 0.03, 1.0), 400.0)
+    assert strict.mean() > 5 * LIMIT
+
+
 def test_a_share_of_a_large_photo_shows_the_texel_as_well() -> None:
     scene = make_scene(motif(), size=(400, 420))
     weight = np.ones((400, 420))
