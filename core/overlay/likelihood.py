@@ -14,8 +14,7 @@ repeats was told by texels that foretell others (`Evidence`).
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.detection.seeding import LIGHT_PX
-from core.overlay.filters.smoothing import gaussian, mean
+from core.overlay.filters.smoothing import LIGHT_PX, gaussian, mean
 
 
 def count_explained(photo: Floats | Singles, modelled: Singles, covered: Bools, scale: int = 1) -> float:

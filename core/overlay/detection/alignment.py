@@ -18,6 +18,7 @@ from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.overlay.detection.normalised_correlation import Forms, Windows
 from core.overlay.detection.sift import Keypoints, detect_fine_keypoints
 from core.overlay.filters.sampling import remap
+from core.overlay.filters.smoothing import LIGHT_PX, shrink_ground
 
 DAMPING = 1e-3
 """Of the Gauss-Newton matrix's own diagonal: keeps weakly textured templates from jumping."""
@@ -146,6 +147,12 @@ class FlatPicture:
         """The image less its mean colour: what is compared has numbers near zero."""
         mean = cv2.mean(self.image, (self.valid[..., 0] > 0).astype(np.uint8))[: self.image.shape[2]]
         return np.asarray(self.image - np.array(mean, np.float32), np.float32)
+
+    @cached_property
+    def of_motifs(self) -> "FlatPicture":
+        """The same picture with its ground shrunk."""
+        inside = np.asarray(self.valid[..., 0] > 0, np.bool_)
+        return FlatPicture(shrink_ground(self.image, inside, LIGHT_PX), self.valid)
 
     def everywhere(self) -> "FlatPicture":
         """Return the canvas without its limits."""

@@ -19,14 +19,12 @@ from core.overlay.detection.lattice import (
     step_errors,
 )
 from core.overlay.detection.stages import Stage
-from core.overlay.filters.smoothing import flatten
+from core.overlay.filters.smoothing import LIGHT_PX, flatten
 from core.progress import Job, Progress
 
 LEAST_MARKED = 2
 """Vertices of a lattice at least where the user marked a texel."""
 GROWING = "growing the lattice"
-LIGHT_PX = 25.0
-"""Changes of light slower than this are taken out before patches are compared."""
 PLACES, ALIGNED = 700, 120
 """Places at which a further piece is looked for, and how many of the best are aligned."""
 SAMPLES = 10

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 from core.arrays import Bools, Singles
 
+LIGHT_PX = 25.0
+"""Changes of light slower than this are taken out before patches are compared."""
+
 
 def gaussian(values: NDArray[Any], sigma_px: float) -> NDArray[Any]:
     """Return the Gaussian mean of planes (H, W) or (H, W, C), mirrored at the border.
@@ -40,3 +43,23 @@ def flatten(image: Singles, valid: Bools, sigma_px: float) -> Singles:
     mean = gaussian(brightness, sigma_px) / np.maximum(gaussian(inside, sigma_px), 1e-3)
     floor = max(0.02, 0.1 * float(mean[valid].mean())) if valid.any() else 1.0
     return np.asarray(image / np.maximum(mean, floor)[..., None] * inside[..., None], np.float32)
+
+
+def shrink_ground(image: Singles, valid: Bools, sigma_px: float) -> Singles:
+    """Return a flattened image (H, W, 3) in which what differs little from the mean colour around it differs less.
+
+    Of sparse motifs most pixels are ground, whose folds and weave outweigh the motifs wherever patches are compared.
+    A difference d is shrunk to d |d| / √(|d|² + s²), where s is the ground's standard deviation, told by the median
+    in `valid`: less than that counts with its square, more as it is. Where all pixels differ as much, as of checks, all
+    but their edges are shrunk alike. The mean is over a Gaussian neighbourhood of `sigma_px`; |d| is freed of grain.
+    Zero outside.
+    """
+    if not valid.any():
+        return image
+    inside = valid.astype(np.float32)[..., None]
+    ground = mean(image, inside, sigma_px)
+    rest = (image - ground) * inside
+    squared = (gaussian(rest, 1.0) ** 2).sum(-1)
+    variance = 1.4826**2 * float(np.median(squared[valid]))
+    kept = np.sqrt(squared / (squared + variance + 1e-9))
+    return np.asarray(ground * inside + rest * kept[..., None], np.float32)

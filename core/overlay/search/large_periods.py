@@ -86,8 +86,10 @@ def find_large(
     """Return the cloth registered and followed from pairs of alike places that lie whole large texels apart.
 
     Of lattices that are nearly as sure as the surest one that is followed of which the texel takes away most of the
-    error where it is laid. More has to speak for it than against it, unless the votes are certain of it in a region,
-    and what one texel foretells of another has to be related to that (`Evidence.is_related`).
+    error where it is laid. More has to speak for it than against it, and what one texel foretells of another has to be
+    related to that (`Evidence.is_related`). Where the user says that there is cloth and none is found, motifs alone are
+    asked, without their ground. If none is found then either, but votes were certain of some in a region, that one of
+    these counts that takes away most of the error in all.
     `least` tells how many texels have to be seen; without it those of a region count, which the user says is cloth.
     `texel_px` is about the side of a texel where that is known. Raises `NoPatternError` where there is none, or too
     little of it.
@@ -96,30 +98,45 @@ def find_large(
     is_bounded = not (canvas.valid > 0).all()
     is_cloth = least is None and is_bounded
     least = least or (LEAST_TEXELS if is_cloth else 2 * LEAST_TEXELS)
-    laid = yield from lay_likely(photo, canvas, alike, least, is_cloth=is_cloth, texel_px=texel_px)
+    doubtful: list[tuple[FittedCloth, Fit, Evidence]] = []
     step = Progress(0.5, NOTE)
-    for one in in_turn(laid):
-        is_certain = is_bounded and one.sure > SURE
-        yield step
-        cloth, found, weight = or_woven(one.registered, one.start, register_coarsely)
-        if not (is_cloth or is_certain or weight.explained > 0):
-            continue
-        found = yield from followed(cloth, prune(cloth, found), step)
-        if not found.cells.any():
-            continue
-        found = refit(cloth, found, rounds=3)
-        texels = float((cloth.valid & cloth.mesh.pixels_of(found.cells)).sum()) / cloth.side_px**2
-        weight = weigh(cloth, found)
-        if weight.is_related and (is_certain or weight.explained > 0) and (is_cloth or texels > least):
-            return cloth, found, weight
-    raise NoPatternError
+    for view in (canvas, canvas.of_motifs) if is_cloth else (canvas,):
+        laid = yield from lay_likely(photo, canvas, view, alike, least, is_cloth=is_cloth, texel_px=texel_px)
+        for one in in_turn(laid):
+            is_certain = is_bounded and one.sure > SURE
+            yield step
+            cloth, found, weight = or_woven(one.registered, one.start, register_coarsely)
+            if not (is_cloth or is_certain or weight.explained > 0):
+                continue
+            found = yield from followed(cloth, prune(cloth, found), step)
+            if not found.cells.any():
+                continue
+            found = refit(cloth, found, rounds=3)
+            texels = float((cloth.valid & cloth.mesh.pixels_of(found.cells)).sum()) / cloth.side_px**2
+            weight = weigh(cloth, found)
+            if not (weight.is_related and (is_cloth or texels > least)):
+                continue
+            if weight.explained > 0:
+                return cloth, found, weight
+            if is_certain:
+                doubtful.append((cloth, found, weight))
+    if not doubtful:
+        raise NoPatternError
+    return max(doubtful, key=lambda end: end[2].share * int(end[1].cells.sum()))
 
 
 def lay_likely(
-    photo: Floats, canvas: FlatPicture, alike: Correspondences, least: float, *, is_cloth: bool, texel_px: float | None
+    photo: Floats,
+    canvas: FlatPicture,
+    view: FlatPicture,
+    alike: Correspondences,
+    least: float,
+    *,
+    is_cloth: bool,
+    texel_px: float | None,
 ) -> Job[list[LaidLattice]]:
-    """Return the likeliest lattices, of which `least` texels may be seen, laid on what may be, or `is_cloth`."""
-    pairs, likely = find_likely(canvas) if alike == "keypoints" else find_likely_of_patches(canvas)
+    """Return a view's likeliest lattices, of which `least` texels may be seen, laid on what may be, or `is_cloth`."""
+    pairs, likely = find_likely(view) if alike == "keypoints" else find_likely_of_patches(view)
     least_sure, room_px = LIKELY if is_cloth else UNTOLD[alike], int((canvas.valid > 0).sum())
     likely = [(sure, basis) for sure, basis in likely if sure > least_sure and is_about(basis, texel_px)]
     laid: list[LaidLattice] = []

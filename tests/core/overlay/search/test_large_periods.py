@@ -161,6 +161,38 @@ def test_a_lattice_whose_texels_have_nothing_to_do_with_one_another_leaves_the_n
     assert np.allclose(run(find_large(printed.photo, canvas))[0].basis, basis, atol=1e-6)
 
 
+def test_of_lattices_that_more_speaks_against_that_is_kept_which_takes_most_error_away(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    canvas = painted(printed.photo)
+    pairs, ((sure, basis), *_) = find_likely(canvas)
+    other = basis @ np.array([[1.0, 1.0], [0.0, 1.0]])
+    monkeypatch.setattr(large_periods, "find_likely", lambda _: (pairs, [(1.1 * sure, other), (sure, basis)]))
+    for explained, kept in ((-1.0, basis), (1.0, other)):
+
+        def weigh(cloth: FittedCloth, _found: Fit, explained: float = explained) -> Evidence:
+            is_other = np.allclose(cloth.basis, other)
+            return Evidence(explained if is_other else -1.0, 0.1 if is_other else 0.3)
+
+        monkeypatch.setattr(large_periods, "weigh", weigh)
+        assert np.allclose(run(find_large(printed.photo, canvas))[0].basis, kept, atol=1e-6)
+
+
+@pytest.mark.parametrize("is_told", [True, False])
+def test_what_motifs_alone_tell_is_laid_where_the_user_says_that_there_is_cloth(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch, is_told: bool
+) -> None:
+    canvas = painted(printed.photo)
+    likely = find_likely(canvas.of_motifs)
+    monkeypatch.setattr(large_periods, "LEAST_TEXELS", 2.0)
+    monkeypatch.setattr(
+        large_periods, "find_likely", lambda view: likely if view is canvas.of_motifs else (likely[0], [])
+    )
+    with nullcontext() if is_told else pytest.raises(NoPatternError):
+        found = run(find_large(printed.photo, canvas, least=None if is_told else 2.0))[1]
+        assert found.cells.mean() > 0.9
+
+
 @pytest.mark.parametrize("is_told", [True, False])
 def test_what_the_user_says_is_cloth_is_seen_however_much_of_it_is_followed(
     printed: Scene, monkeypatch: pytest.MonkeyPatch, is_told: bool
