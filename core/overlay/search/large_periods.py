@@ -135,7 +135,10 @@ def lay_likely(
     is_cloth: bool,
     texel_px: float | None,
 ) -> Job[list[LaidLattice]]:
-    """Return a view's likeliest lattices, of which `least` texels may be seen, laid on what may be, or `is_cloth`."""
+    """Return the likeliest lattices, of which `least` texels may be seen, laid on what may be, or `is_cloth`.
+
+    Their pairs are those of a `view` of the canvas: itself, or its motifs alone.
+    """
     pairs, likely = find_likely(view) if alike == "keypoints" else find_likely_of_patches(view)
     least_sure, room_px = LIKELY if is_cloth else UNTOLD[alike], int((canvas.valid > 0).sum())
     likely = [(sure, basis) for sure, basis in likely if sure > least_sure and is_about(basis, texel_px)]

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats
-from core.overlay.detection.displacement_votes import (
-    Pairs,
-)
+from core.overlay.detection.alignment import FlatPicture
+from core.overlay.detection.displacement_votes import Pairs
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration import evidence
@@ -28,6 +27,13 @@ from core.overlay.search.large_periods import (
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene
 from tests.core.overlay.prints import PRINT, canvas_of, displaced_px, painted, sett, tartan
+
+
+def likely_and_another(scene: Scene) -> tuple[FlatPicture, Pairs, float, Floats, Floats]:
+    """Return the canvas, pairs, how sure the surest lattice of their votes is, its basis and another of the lattice."""
+    canvas = painted(scene.photo)
+    pairs, ((sure, basis), *_) = find_likely(canvas)
+    return canvas, pairs, sure, basis, basis @ np.array([[1.0, 1.0], [0.0, 1.0]])
 
 
 def test_a_few_large_texels_are_laid_where_they_are(printed: Scene, followed: tuple[FittedCloth, Fit]) -> None:
@@ -121,9 +127,7 @@ def test_of_lattices_that_are_as_likely_that_is_kept_whose_texel_explains_most(
 def test_what_is_less_sure_is_not_registered_where_the_surest_is_found(
     printed: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    canvas = painted(printed.photo)
-    pairs, ((sure, basis), *_) = find_likely(canvas)
-    other = basis @ np.array([[1.0, 1.0], [0.0, 1.0]])
+    canvas, pairs, sure, basis, other = likely_and_another(printed)
     monkeypatch.setattr(large_periods, "find_likely", lambda _: (pairs, [(1.5 * sure, basis), (sure, other)]))
     registered: list[Floats] = []
 
@@ -137,9 +141,7 @@ def test_what_is_less_sure_is_not_registered_where_the_surest_is_found(
 
 
 def test_where_no_texel_takes_error_away_votes_decide(printed: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    canvas = painted(printed.photo)
-    pairs, ((sure, basis), *_) = find_likely(canvas)
-    other = basis @ np.array([[1.0, 1.0], [0.0, 1.0]])
+    canvas, pairs, sure, basis, other = likely_and_another(printed)
     monkeypatch.setattr(large_periods, "find_likely", lambda _: (pairs, [(1.1 * sure, basis), (sure, other)]))
     shares = iter((-0.4, -0.2, -0.4))
     monkeypatch.setattr(large_periods, "weigh", lambda *_: Evidence(1.0, next(shares)))
@@ -149,9 +151,7 @@ def test_where_no_texel_takes_error_away_votes_decide(printed: Scene, monkeypatc
 def test_a_lattice_whose_texels_have_nothing_to_do_with_one_another_leaves_the_next_one_to_be_tried(
     printed: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    canvas = painted(printed.photo)
-    pairs, ((sure, basis), *_) = find_likely(canvas)
-    other = basis @ np.array([[1.0, 1.0], [0.0, 1.0]])
+    canvas, pairs, sure, basis, other = likely_and_another(printed)
     monkeypatch.setattr(large_periods, "find_likely", lambda _: (pairs, [(1.5 * sure, other), (sure, basis)]))
 
     def weigh(cloth: FittedCloth, _found: Fit) -> Evidence:
@@ -164,9 +164,7 @@ def test_a_lattice_whose_texels_have_nothing_to_do_with_one_another_leaves_the_n
 def test_of_lattices_that_more_speaks_against_that_is_kept_which_takes_most_error_away(
     printed: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    canvas = painted(printed.photo)
-    pairs, ((sure, basis), *_) = find_likely(canvas)
-    other = basis @ np.array([[1.0, 1.0], [0.0, 1.0]])
+    canvas, pairs, sure, basis, other = likely_and_another(printed)
     monkeypatch.setattr(large_periods, "find_likely", lambda _: (pairs, [(1.1 * sure, other), (sure, basis)]))
     # What explains most where it is laid is asked first: that is `basis`.
     for explained, kept in ((-1.0, other), (1.0, basis)):
