@@ -15,7 +15,7 @@ from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.filters.shrinking import shrunk, shrunk_mask, to_small, working_scale
-from core.overlay.found_cloth import FoundCloth, at_photo_size, choose, explain_each, may_be_cloth, opacity_of
+from core.overlay.found_cloth import FoundCloth, at_photo_size, choose, explain_each, may_be_cloth, opacity_of, within
 from core.overlay.search.finding import ENLARGING, Find, find_cloth, find_print, follow_within, register_lattice
 from core.overlay.search.large_periods import NOTE, Correspondences
 from core.progress import Job, Steps, part
@@ -116,7 +116,8 @@ def find_on_whole_object(
 ) -> Job[list[FoundCloth]]:
     """Return what is found in all of the photo, or given, and, if none of it is clear there, on what stands out.
 
-    What stands out is searched as a region is, and what was found beside it does not count if anything is found there.
+    What stands out is searched as a region is, but where the cloth ends on it is a guess. What was found beside it does
+    not count if anything is found there.
     Large texels are looked for in all of the photo only where nothing stands out.
     """
     bare = None if finds is not None else pool.begin(find_if_any, photo, replace(known, may_be_large=False))
@@ -127,21 +128,21 @@ def find_on_whole_object(
             return finds or []
         bare.stop()
         return (yield from pool.run(find_if_any, photo, known))
-    within = replace(known, region=inside)
+    on_object = replace(known, region=inside)
     finds = finds or []
     if bare is not None:
         finds = yield from part(bare.result(), 0.1, 0.3)
     if any(found.is_clear and lies_on(found.covered, inside) for found in finds):
         return finds
-    alike = pool.begin(find_alike, photo, within)
-    more = yield from part(pool.run(find_if_any, photo, within), 0.3, 0.7)
+    alike = pool.begin(find_alike, photo, on_object)
+    more = yield from part(pool.run(find_if_any, photo, on_object), 0.3, 0.7)
     if any(found.is_sure for found in more):
         alike.stop()
     else:
         with suppress(NoPatternError):
             more.append((yield from part(alike.result(), 0.7, 1.0)))
     # Ground with a pattern of its own may explain more than the garment on it.
-    return [*(found for found in finds if not more or lies_on(found.covered, inside)), *more]
+    return [*(found for found in finds if not more or lies_on(found.covered, inside)), *map(as_guess, more)]
 
 
 def begin_in_doubt(first: Job[T], other: PlannedJob[S]) -> Job[T]:
@@ -200,8 +201,13 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
         job = find_print(*picture, known.seed, alike=alike, least=LEAST_UNTOLD, texel_px=known.texel_px)
         with suppress(NoPatternError):
             found = yield from part(on_one_thread(job), done, done + 0.45)
-            return replace(found_on(photo, inside, found), is_told=False)
+            return as_guess(found_on(photo, inside, found))
     raise NoPatternError
+
+
+def as_guess(found: FoundCloth) -> FoundCloth:
+    """Return what was found on an object as cloth of which nobody said where it ends: it may go on, or end before."""
+    return replace(within(found, None), is_told=False)
 
 
 def find_object(photo: Floats | Singles) -> Job[Bools]:

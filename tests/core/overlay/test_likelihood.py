@@ -269,6 +269,22 @@ def test_the_whole_cloth_is_looked_for_on_what_stands_out_unless_a_find_lies_the
     assert len(again) == len(finds)
 
 
+def test_where_cloth_ends_on_what_stands_out_is_a_guess(monkeypatch: pytest.MonkeyPatch) -> None:
+    def cut_out(_photo: Floats) -> Job[Bools]:
+        yield Progress(0.0)
+        return HALF
+
+    (known,) = run(find(SCENE.photo, Known()))
+    monkeypatch.setattr(cloth_search, "find_object", cut_out)
+    finds = run(cloth_search.find_whole(SCENE.photo, Known(), [replace(known, is_clear=False)]))
+    assert len(finds) > 1
+    for found in finds[1:]:
+        assert not found.cloth.valid[~HALF].any()
+        assert found.valid.all()
+        assert not found.is_told
+    assert all(found.is_told for found in run(cloth_search.find_whole(SCENE.photo, Known(HALF))))
+
+
 def test_where_nothing_stands_out_large_texels_are_looked_for_in_all_of_the_photo(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
