@@ -198,12 +198,14 @@ def estimate_texel(
     shape: tuple[int, int],
     *,
     rounds: int = 6,
+    is_robust: bool = True,
 ) -> Texel:
-    """Return the robust mean appearance of a texel of `shape` (h, w) over the registered photo, or an even share of it.
+    """Return the mean appearance of a texel of `shape` (h, w) over the registered photo, or an even share of it.
 
-    Minimises Σ w ψ(ρ T(uv) - I) over T. The first round gathers the colours that each sample is seen with; the others
-    gather what is still missing, which takes out the blur of sharing a pixel among four samples. `photo` (H, W, 3),
-    `uv` (H, W, 2), `shading` and `weight` (H, W).
+    Minimises Σ w ψ(ρ T(uv) - I) over T, with ψ the square unless `is_robust`. Else what is unlike most counts less: of
+    small motifs on even ground, of which most pixels fit, those too that some texels show and others do not. The first
+    round gathers the colours that each sample is seen with; the others gather what is still missing, which takes out
+    the blur of sharing a pixel among four samples. `photo` (H, W, 3), `uv` (H, W, 2), `shading` and `weight` (H, W).
     """
     use = np.flatnonzero(draw_sample(weight > 0, max(OBSERVED * shape[0] * shape[1], LEAST_OBSERVED)))
     colours, at = (plane.reshape(-1, plane.shape[-1]).take(use, 0) for plane in (photo, uv))
@@ -214,7 +216,7 @@ def estimate_texel(
     robust = w
     for _ in range(rounds):
         missing = colours - light[:, None] * (shares @ pixels)
-        if pixels.any():
+        if is_robust and pixels.any():
             error = np.abs(missing) @ np.full(missing.shape[1], 1 / missing.shape[1], np.float32)
             bend = np.float32(2.0 * np.median(error[:: max(1, len(error) // TYPICAL)]) + 1e-3)
             robust = w * np.minimum(1, (bend / np.maximum(error, np.float32(1e-9))) ** 2)

@@ -190,10 +190,13 @@ def enlarge(model: PixelModel) -> PixelModel:
 
 
 def estimate_finer_texel(model: PixelModel) -> PixelModel:
-    """Estimate the texel at the resolution of the photo, from what is followed."""
+    """Estimate the texel at the resolution of the photo, from what is followed.
+
+    It is the mean of all that: things that lie on the cloth are not followed, and where texels differ it leaves least.
+    """
     covered = draw_sample(model.followed, DRAWN)
     size = tuple(samples * model.scale for samples in model.cloth.texel_samples)
-    texel = estimate_texel(model.photo, model.uv, model.shading, covered, (size[0], size[1]))
+    texel = estimate_texel(model.photo, model.uv, model.shading, covered, (size[0], size[1]), is_robust=False)
     return replace(model, texel=model.cloth.as_woven(texel))
 
 

@@ -176,7 +176,7 @@ def test_the_texel_is_told_from_where_single_pixels_lie(monkeypatch: pytest.Monk
     moved = cv2.remap(photo, x + np.sin(y), y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
     wobbling = np.asarray(moved, np.float32)
     found = run(decompose(wobbling))
-    monkeypatch.setattr(stages, "estimate_finer_texel", lambda model: model)
+    monkeypatch.setattr(stages, "refine", lambda _photo, uv, *_, **__: uv)
     blurred = run(decompose(wobbling))
     contrasts = [float(one.texel.pixels.var(axis=(0, 1)).sum()) for one in (found, blurred)]
     assert contrasts[0] > 1.01 * contrasts[1]

@@ -1,4 +1,4 @@
-"""What is left of a texel that changes along warp and weft alone."""
+"""What is left of a texel that changes along warp and weft alone, and what is told of one from a photo."""
 
 from collections.abc import Callable
 
@@ -6,10 +6,27 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats, Singles
-from core.overlay.texel import Texel
+from core.overlay.texel import Texel, estimate_texel
 from tests.core.overlay.overlay_scenes import motif, plaid
 
 SQUARE = 40.0 * np.eye(2)
+SIDE, TIMES = 20, 5
+"""Pixels along a texel, and texels across and down, of the photo of even cloth."""
+MOTIF = slice(8, 12)
+
+
+def estimated_from(photo: Floats, *, is_robust: bool) -> Floats:
+    """Return the texel (SIDE, SIDE, 3) of a photo (TIMES, SIDE, TIMES, SIDE, 3) of texels that lie flat."""
+    photo = photo.reshape(TIMES * SIDE, TIMES * SIDE, 3)
+    v, u = (np.indices(photo.shape[:2]) + 0.5) / SIDE
+    light = np.ones(photo.shape[:2])
+    return estimate_texel(photo, np.stack([u, v], -1), light, light, (SIDE, SIDE), is_robust=is_robust).pixels
+
+
+def even_cloth() -> Floats:
+    """Return the photo (TIMES, SIDE, TIMES, SIDE, 3), texel by texel, of even cloth with a little noise."""
+    noise = np.random.default_rng(0).normal(0, 0.01, (TIMES, SIDE, TIMES, SIDE, 3))
+    return np.asarray(0.5 + noise, np.float64)
 
 
 @pytest.mark.parametrize("scale", [SQUARE, np.array([[30.0, 4.0], [-6.0, 50.0]])])
@@ -48,3 +65,12 @@ def test_more_rows_than_opencv_takes_are_looked_up(look_up: Callable[[Floats], l
 
 def test_nothing_is_looked_up_at_no_places() -> None:
     assert motif().singles(np.empty((0, 5, 2))).shape == (0, 5, 3)
+
+
+@pytest.mark.parametrize(("is_robust", "height"), [(False, 3 / 5), (True, 1.0)])
+def test_a_motif_that_most_texels_show_is_that_of_the_mean_or_of_most(is_robust: bool, height: float) -> None:
+    photo = even_cloth()
+    photo[:3, MOTIF, :, MOTIF] += 0.4
+    texel = estimated_from(photo, is_robust=is_robust)
+    assert texel[MOTIF, MOTIF].mean() - 0.5 == pytest.approx(height * 0.4, abs=0.03)
+    assert texel[:5].mean() == pytest.approx(0.5, abs=0.005)
