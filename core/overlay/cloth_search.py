@@ -116,8 +116,7 @@ def find_on_whole_object(
 ) -> Job[list[FoundCloth]]:
     """Return what is found in all of the photo, or given, and, if none of it is clear there, on what stands out.
 
-    What stands out is searched as a region is, but where the cloth ends on it is a guess. What was found beside it does
-    not count if anything is found there.
+    What stands out is searched as a region is, and what was found beside it does not count if anything is found there.
     Large texels are looked for in all of the photo only where nothing stands out.
     """
     bare = None if finds is not None else pool.begin(find_if_any, photo, replace(known, may_be_large=False))
@@ -142,7 +141,7 @@ def find_on_whole_object(
         with suppress(NoPatternError):
             more.append((yield from part(alike.result(), 0.7, 1.0)))
     # Ground with a pattern of its own may explain more than the garment on it.
-    return [*(found for found in finds if not more or lies_on(found.covered, inside)), *map(as_guess, more)]
+    return [*(found for found in finds if not more or lies_on(found.covered, inside)), *more]
 
 
 def begin_in_doubt(first: Job[T], other: PlannedJob[S]) -> Job[T]:
@@ -207,7 +206,7 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
 
 def as_guess(found: FoundCloth) -> FoundCloth:
     """Return what was found on an object as cloth of which nobody said where it ends: it may go on, or end before."""
-    return replace(within(found, None), is_told=False)
+    return replace(within(found, None), is_told=False) if found.is_told else found
 
 
 def find_object(photo: Floats | Singles) -> Job[Bools]:

@@ -13,7 +13,7 @@ from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
 from core.linalg.jobs_beside import ProcessPool
 from core.masks.object_masks import whole_object
-from core.overlay.cloth_search import Known, find_all, find_whole, follow
+from core.overlay.cloth_search import Known, as_guess, find_all, find_whole, follow
 from core.overlay.composition import difference, finite
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
@@ -128,11 +128,12 @@ def decompose_whole_cloth(
     seconds: dict[str, float] = {}
     photo = encode(image)
     with ProcessPool() as pool:
-        job = find_whole(photo, Known(region, texel_px, start, lattice, seed), finds, pool)
-        found = yield from part(time_stages(job, seconds), 0.0, 0.6)
+        known = Known(region, texel_px, start, lattice, seed)
+        found = yield from part(time_stages(find_whole(photo, known, finds, pool), seconds), 0.0, 0.6)
         if len(found) > 1:
             yield from part(explain_each(found, pool), 0.6, 0.6)
-        best = choose(found)
+        # They are compared on what stands out: of the ground beyond a wrong one may explain more.
+        best = choose(found) if known.is_told else as_guess(choose(found))
         begun = begin_to_explain([best], pool)
         compared, fault = [best], InputError(NO_BETTER)
         try:
@@ -142,7 +143,7 @@ def decompose_whole_cloth(
         yield from part(explain_each(compared[1:], pool), 0.9, 0.9)
         yield from part(take_explained(begun), 0.9, 0.9)
         best = choose(compared)
-        if finds is not None and any(best.cloth is known.cloth for known in finds):
+        if finds is not None and any(best.cloth is given.cloth for given in finds):
             raise fault
         return (yield from part(split_best([best], seconds, pool), 0.9, 1.0))
 

@@ -269,20 +269,24 @@ def test_the_whole_cloth_is_looked_for_on_what_stands_out_unless_a_find_lies_the
     assert len(again) == len(finds)
 
 
-def test_where_cloth_ends_on_what_stands_out_is_a_guess(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("is_told", [True, False])
+def test_where_cloth_ends_on_what_stands_out_is_a_guess(monkeypatch: pytest.MonkeyPatch, *, is_told: bool) -> None:
     def cut_out(_photo: Floats) -> Job[Bools]:
         yield Progress(0.0)
         return HALF
 
-    (known,) = run(find(SCENE.photo, Known()))
+    def find_no_more(*_: Any, **__: Any) -> Job[FoundCloth]:
+        yield Progress(0.0)
+        raise InputError("")
+
     monkeypatch.setattr(cloth_search, "find_object", cut_out)
-    finds = run(cloth_search.find_whole(SCENE.photo, Known(), [replace(known, is_clear=False)]))
-    assert len(finds) > 1
-    for found in finds[1:]:
-        assert not found.cloth.valid[~HALF].any()
-        assert found.valid.all()
-        assert not found.is_told
-    assert all(found.is_told for found in run(cloth_search.find_whole(SCENE.photo, Known(HALF))))
+    monkeypatch.setattr(decomposition, "follow", find_no_more)
+    image = Image(np.rint(255 * SCENE.photo).astype(np.uint8))
+    found = run(decompose_whole_cloth(image, region=HALF if is_told else None, finds=None if is_told else [])).found
+    assert found is not None
+    assert not found.cloth.valid[~HALF].any()
+    assert found.valid[~HALF].all() != is_told
+    assert found.is_told == is_told
 
 
 def test_where_nothing_stands_out_large_texels_are_looked_for_in_all_of_the_photo(
