@@ -200,7 +200,7 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
         job = find_print(*picture, known.seed, alike=alike, least=LEAST_UNTOLD, texel_px=known.texel_px)
         with suppress(NoPatternError):
             found = yield from part(on_one_thread(job), done, done + 0.45)
-            return as_guess(found_on(photo, inside, found))
+            return replace(found_on(photo, inside, found), is_told=False)
     raise NoPatternError
 
 
