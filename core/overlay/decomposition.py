@@ -132,7 +132,7 @@ def decompose_whole_cloth(
         found = yield from part(time_stages(find_whole(photo, known, finds, pool), seconds), 0.0, 0.6)
         if len(found) > 1:
             yield from part(explain_each(found, pool), 0.6, 0.6)
-        # They are compared on what stands out: of the ground beyond a wrong one may explain more.
+        # Finds are compared on what stands out: of the ground beyond it a wrong one may explain more.
         best = choose(found) if known.is_told else as_guess(choose(found))
         begun = begin_to_explain([best], pool)
         compared, fault = [best], InputError(NO_BETTER)

@@ -202,10 +202,11 @@ def estimate_texel(
 ) -> Texel:
     """Return the mean appearance of a texel of `shape` (h, w) over the registered photo, or an even share of it.
 
-    Minimises Σ w ψ(ρ T(uv) - I) over T, with ψ the square unless `is_robust`. Else what is unlike most counts less: of
-    small motifs on even ground, of which most pixels fit, those too that some texels show and others do not. The first
-    round gathers the colours that each sample is seen with; the others gather what is still missing, which takes out
-    the blur of sharing a pixel among four samples. `photo` (H, W, 3), `uv` (H, W, 2), `shading` and `weight` (H, W).
+    Minimises Σ w ψ(ρ T(uv) - I) over T. ψ is the square or, if `is_robust`, one by which what is unlike most counts
+    less: of small motifs on even ground, where most pixels fit, those too that some texels show and others do not. The
+    first round gathers the colours that each sample is seen with; the others gather what is still missing, which takes
+    out the blur of sharing a pixel among four samples. `photo` is (H, W, 3), `uv` (H, W, 2), `shading` and `weight`
+    (H, W).
     """
     use = np.flatnonzero(draw_sample(weight > 0, max(OBSERVED * shape[0] * shape[1], LEAST_OBSERVED)))
     colours, at = (plane.reshape(-1, plane.shape[-1]).take(use, 0) for plane in (photo, uv))
