@@ -199,16 +199,21 @@ def near_lattice(mesh: ClothMesh, lattice: Lattice, uv: Floats) -> Bools:
     return np.asarray(near[:-1, :-1] & near[1:, :-1] & near[:-1, 1:] & near[1:, 1:], np.bool_)
 
 
-def estimate(cloth: FittedCloth, pieces: tuple[ClothState, ...]) -> Texel:
-    """Return the texel that the pieces show."""
+def estimate(cloth: FittedCloth, pieces: tuple[ClothState, ...], *, are_registered: bool = False) -> Texel:
+    """Return the texel that the pieces show, robustly where they are not registered (see `estimate_from`)."""
     seen = look_at(cloth.registration, pieces)
-    return estimate_from(cloth, seen, seen.weight)
+    return estimate_from(cloth, seen, seen.weight, is_registered=are_registered)
 
 
-def estimate_from(cloth: FittedCloth, seen: SeenCells, weight: Singles) -> Texel:
-    """Return the texel that cells show under weights (K, n)."""
-    at, light = seen.at[..., :2], seen.at[..., 2]
-    return cloth.as_woven(estimate_texel(seen.photo, at, light, weight, cloth.texel_samples))
+def estimate_from(cloth: FittedCloth, seen: SeenCells, weight: Singles, *, is_registered: bool = True) -> Texel:
+    """Return the texel that cells show under weights (K, n).
+
+    It is the mean of what is seen of cloth that is registered. It is told robustly where places and light are still
+    guesses, and of a plaid, of which all is an outlier that changes along neither warp nor weft.
+    """
+    at, light, is_robust = seen.at[..., :2], seen.at[..., 2], cloth.is_woven or not is_registered
+    texel = estimate_texel(seen.photo, at, light, weight, cloth.texel_samples, is_robust=is_robust)
+    return cloth.as_woven(texel)
 
 
 def measure(cloth: FittedCloth, texel: Texel, pieces: tuple[ClothState, ...]) -> Fit:

@@ -140,11 +140,15 @@ def true_period(cloth: FittedCloth, state: ClothState, seed: int) -> Floats:
 
 
 def refit(cloth: FittedCloth, found: Fit, *, rounds: int, blurs_px: Sequence[float] = (0.0,)) -> Fit:
-    """Return the pieces registered anew, under one blur after another, and the texel estimated anew from them."""
+    """Return the pieces registered anew, under one blur after another, and the texel estimated anew from them.
+
+    What cloth may miss is told by what most texels show, which misses less of even ground than the mean does: by the
+    mean, cloth would be followed beyond its end.
+    """
     texel, pieces = found.texel, found.pieces
     for blur_px in blurs_px:
         texel, pieces = register_under(cloth, texel, pieces, rounds, blur_px)
-    return measure(cloth, texel, pieces)
+    return replace(measure(cloth, estimate(cloth, pieces), pieces), texel=texel)
 
 
 def register_under(
@@ -160,4 +164,4 @@ def register_under(
         return texel, tuple(map(correct, pieces, starts, ends))
     run = cloth.registration.run
     pieces = tuple(run(piece, texel, rounds=rounds, blur_px=blur_px) for piece in pieces)
-    return estimate(cloth, pieces), pieces
+    return estimate(cloth, pieces, are_registered=True), pieces
