@@ -199,19 +199,19 @@ def near_lattice(mesh: ClothMesh, lattice: Lattice, uv: Floats) -> Bools:
     return np.asarray(near[:-1, :-1] & near[1:, :-1] & near[:-1, 1:] & near[1:, 1:], np.bool_)
 
 
-def estimate(cloth: FittedCloth, pieces: tuple[ClothState, ...], *, are_registered: bool = False) -> Texel:
-    """Return the texel that the pieces show, robustly where they are not registered (see `estimate_from`)."""
+def estimate(cloth: FittedCloth, pieces: tuple[ClothState, ...], *, by_mean: bool = False) -> Texel:
+    """Return the texel that most of the pieces show, or their mean (`estimate_from`)."""
     seen = look_at(cloth.registration, pieces)
-    return estimate_from(cloth, seen, seen.weight, is_registered=are_registered)
+    return estimate_from(cloth, seen, seen.weight, by_mean=by_mean)
 
 
-def estimate_from(cloth: FittedCloth, seen: SeenCells, weight: Singles, *, is_registered: bool = True) -> Texel:
-    """Return the texel that cells show under weights (K, n).
+def estimate_from(cloth: FittedCloth, seen: SeenCells, weight: Singles, *, by_mean: bool = True) -> Texel:
+    """Return the texel that cells show under weights (K, n), by their mean or by what most of them show.
 
-    It is the mean of what is seen of cloth that is registered. It is told robustly where places and light are still
-    guesses, and of a plaid, of which all is an outlier that changes along neither warp nor weft.
+    The mean is for cloth that is registered: before that, places and light are guesses, and some are outliers. Of a
+    plaid all is an outlier that changes along neither warp nor weft, so that it is told by what most show in any case.
     """
-    at, light, is_robust = seen.at[..., :2], seen.at[..., 2], cloth.is_woven or not is_registered
+    at, light, is_robust = seen.at[..., :2], seen.at[..., 2], cloth.is_woven or not by_mean
     texel = estimate_texel(seen.photo, at, light, weight, cloth.texel_samples, is_robust=is_robust)
     return cloth.as_woven(texel)
 

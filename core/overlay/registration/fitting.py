@@ -164,4 +164,4 @@ def register_under(
         return texel, tuple(map(correct, pieces, starts, ends))
     run = cloth.registration.run
     pieces = tuple(run(piece, texel, rounds=rounds, blur_px=blur_px) for piece in pieces)
-    return estimate(cloth, pieces, are_registered=True), pieces
+    return estimate(cloth, pieces, by_mean=True), pieces

@@ -28,17 +28,17 @@ def spotted() -> tuple[FittedCloth, Fit, float]:
     return cloth, measure(cloth, estimate(cloth, (piece,)), (piece,)), float(has_spot[middle].mean())
 
 
-def middle_of(cloth: FittedCloth, found: Fit, *, are_registered: bool) -> Floats:
+def middle_of(cloth: FittedCloth, found: Fit, *, by_mean: bool) -> Floats:
     """Return the colour in the middle of the texel that a fit shows."""
-    return estimate(cloth, found.pieces, are_registered=are_registered).at(np.array([[0.5, 0.5]]))
+    return estimate(cloth, found.pieces, by_mean=by_mean).at(np.array([[0.5, 0.5]]))
 
 
 def test_it_is_the_mean_once_the_cloth_is_registered(spotted: tuple[FittedCloth, Fit, float]) -> None:
     cloth, found, share = spotted
-    most, mean = (middle_of(cloth, found, are_registered=known) for known in (False, True))
+    most, mean = (middle_of(cloth, found, by_mean=by_mean) for by_mean in (False, True))
     np.testing.assert_allclose(mean - most, share * SPOT, atol=0.02)
     registered = refit(cloth, found, rounds=1)
-    shown = estimate(cloth, registered.pieces, are_registered=True)
+    shown = estimate(cloth, registered.pieces, by_mean=True)
     np.testing.assert_array_equal(registered.texel.pixels, shown.pixels)
 
 
@@ -53,7 +53,7 @@ def test_what_cloth_may_miss_is_told_by_what_most_texels_show(spotted: tuple[Fit
 def test_of_a_plaid_it_is_what_most_texels_show(spotted: tuple[FittedCloth, Fit, float]) -> None:
     cloth, found, _ = spotted
     plaid = replace(cloth, is_woven=True)
-    same = [middle_of(plaid, found, are_registered=known) for known in (False, True)]
+    same = [middle_of(plaid, found, by_mean=by_mean) for by_mean in (False, True)]
     np.testing.assert_array_equal(same[0], same[1])
 
 
