@@ -64,3 +64,15 @@ def stepwise(job: Job[T], change: Callable[[Progress], Progress]) -> Job[T]:
 def part(job: Job[T], start: float, end: float) -> Job[T]:
     """Run `job` as the part of a longer one that takes the fraction from `start` to `end`."""
     return stepwise(job, lambda step: replace(step, fraction=start + (end - start) * step.fraction))
+
+
+def forwards(job: Job[T]) -> Job[T]:
+    """Run `job`, whose parts may be done in any order, with the largest fraction so far in the place of each."""
+    reached = 0.0
+
+    def onwards(step: Progress) -> Progress:
+        nonlocal reached
+        reached = max(reached, step.fraction)
+        return replace(step, fraction=reached)
+
+    return stepwise(job, onwards)

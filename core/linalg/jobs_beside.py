@@ -14,8 +14,9 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar, cast
 
 from core.linalg.beside import Process, process_of_thread
-from core.progress import Job, Progress
+from core.progress import Job, Progress, Steps, part
 
+S = TypeVar("S")
 T = TypeVar("T")
 
 WAIT_S = 0.1
@@ -80,6 +81,17 @@ class PlannedJob(Generic[T]):
             yield step
             last = step
 
+    @property
+    def is_begun(self) -> bool:
+        """Whether it was begun in another process, or waits for one."""
+        return self._turn is not None
+
+    @property
+    def is_over(self) -> bool:
+        """Whether another process has come to its end."""
+        with self._news:
+            return bool(self._steps) and not isinstance(self._steps[-1], Progress)
+
     def stop(self) -> None:
         """End the job: nobody asks for its result any more."""
         self._is_wanted = False
@@ -116,6 +128,28 @@ class PlannedJob(Generic[T]):
                 self._steps.pop()
             self._steps.append(step)
             self._news.notify()
+
+
+def run_while(
+    first: PlannedJob[S], other: PlannedJob[T], is_to_go_on: Callable[[S], bool]
+) -> Job[tuple[S, End[T] | None]]:
+    """Return what the `first` job does, and the end of the `other` if that is to go on after it, else None.
+
+    Where the first one has been begun in another process the other is done meanwhile, and stopped where it is not to go
+    on: that is asked once, as soon as the first has ended.
+    """
+    there = iter(steps := Steps(part(other.result(), 0.4, 1.0)))
+    if first.is_begun:
+        for step in there:
+            yield step
+            if first.is_over:
+                break
+    result = yield from part(first.result(), 0.0, 0.4)
+    if not is_to_go_on(result):
+        other.stop()
+        return result, None
+    yield from there
+    return result, End(steps.result)
 
 
 def shows_the_same(one: object, other: object) -> bool:

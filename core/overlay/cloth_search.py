@@ -9,7 +9,7 @@ import numpy as np
 from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
 from core.linalg.blas import on_one_thread
-from core.linalg.jobs_beside import HERE, PlannedJob, ProcessPool
+from core.linalg.jobs_beside import HERE, PlannedJob, ProcessPool, run_while
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
@@ -18,7 +18,7 @@ from core.overlay.filters.shrinking import shrunk, shrunk_mask, to_small, workin
 from core.overlay.found_cloth import FoundCloth, at_photo_size, choose, explain_each, may_be_cloth, opacity_of, within
 from core.overlay.search.finding import ENLARGING, Find, find_cloth, find_print, follow_within, register_lattice
 from core.overlay.search.large_periods import NOTE, Correspondences
-from core.progress import Job, Steps, part
+from core.progress import Job, Progress, Steps, forwards, part
 from core.selection.salient_object import find_salient_object
 
 S = TypeVar("S")
@@ -79,6 +79,8 @@ def find_all_searched(photo: Floats | Singles, known: Known, pool: ProcessPool) 
     if is_given or is_enough:
         other.stop()
     else:
+        if not other.is_over:
+            yield from part(explain_each(finds, pool), 0.5, 0.5)
         with suppress(NoPatternError):
             finds.append((yield from part(other.result(), 0.5, 0.9)))
     if not finds:
@@ -119,29 +121,42 @@ def find_on_whole_object(
     What stands out is searched as a region is, and what was found beside it does not count if anything is found there.
     Large texels are looked for in all of the photo only where nothing stands out.
     """
-    bare = None if finds is not None else pool.begin(find_if_any, photo, replace(known, may_be_large=False))
+    bare = HERE.plan(give, finds or [])
+    if finds is None:
+        bare = pool.begin(find_if_any, photo, replace(known, may_be_large=False))
     try:
         inside = yield from part(find_object(photo), 0.0, 0.1)
     except NoPatternError:
-        if bare is None:
-            return finds or []
         bare.stop()
-        return (yield from pool.run(find_if_any, photo, known))
+        return finds if finds is not None else (yield from pool.run(find_if_any, photo, known))
     on_object = replace(known, region=inside)
-    finds = finds or []
-    if bare is not None:
-        finds = yield from part(bare.result(), 0.1, 0.3)
-    if any(found.is_clear and lies_on(found.covered, inside) for found in finds):
-        return finds
-    alike = pool.begin(find_alike, photo, on_object)
-    more = yield from part(pool.run(find_if_any, photo, on_object), 0.3, 0.7)
-    if any(found.is_sure for found in more):
+    search, alike = pool.plan(find_if_any, photo, on_object), pool.plan(find_alike, photo, on_object)
+
+    def is_in_doubt(found: list[FoundCloth]) -> bool:
+        if any(one.is_clear and lies_on(one.covered, inside) for one in found):
+            return False
+        alike.begin()
+        return True
+
+    beside, end = yield from part(forwards(run_while(bare, search, is_in_doubt)), 0.1, 0.7)
+    if end is None:
+        return beside
+    on_it = end.result
+    if any(found.is_sure for found in on_it):
         alike.stop()
     else:
+        if not alike.is_over:
+            yield from part(explain_each([*beside, *on_it], pool), 0.7, 0.7)
         with suppress(NoPatternError):
-            more.append((yield from part(alike.result(), 0.7, 1.0)))
+            on_it.append((yield from part(alike.result(), 0.7, 1.0)))
     # Ground with a pattern of its own may explain more than the garment on it.
-    return [*(found for found in finds if not more or lies_on(found.covered, inside)), *more]
+    return [*(found for found in beside if not on_it or lies_on(found.covered, inside)), *on_it]
+
+
+def give(finds: list[FoundCloth]) -> Job[list[FoundCloth]]:
+    """Return finds that are known, as a job."""
+    yield Progress(0.0)
+    return finds
 
 
 def begin_in_doubt(first: Job[T], other: PlannedJob[S]) -> Job[T]:

@@ -64,19 +64,43 @@ def find_vertices(uv: Floats, whole: Bools) -> tuple[Ints, Floats]:
 
 
 def measure_basis(model: PixelModel) -> Floats:
-    """Return the usual vectors (2, 2) of a texel as it is laid, pixels, from the median slopes of its coordinates.
+    """Return the usual vectors (2, 2) of a texel as it is laid, pixels.
 
-    Where cloth is crushed, torn or turned over everywhere, they are those of the registration.
+    Size, shape and direction are told one by one, so that a sleeve that lies otherwise than the body changes neither
+    size nor shape: by the median of the area |J| of the slopes J of the coordinates, by that of J Jᵀ / |J|, and by that
+    of the angles by which pixels are turned. Where cloth is crushed, torn or turned over everywhere, the vectors are
+    those of the registration.
     """
     few = np.s_[:: model.scale, :: model.scale]
     uv = model.uv[few].astype(np.float64)
     steps, inside = slopes_right_and_down(uv, find_untorn(uv, model.cloth.basis))
-    if not inside.any((1, 2)).all():
+    slopes = np.moveaxis(steps[:, inside.all(0)], 0, -1)
+    areas = np.linalg.det(slopes)
+    slopes, areas = slopes[areas > 0], areas[areas > 0]
+    if not len(slopes):
         return model.basis
-    usual = np.array([np.median(slope[there], axis=0) for slope, there in zip(steps, inside, strict=True)])
-    if np.linalg.det(usual) <= 0 or not find_sound(usual.ravel(), abs(float(np.linalg.det(model.cloth.basis)))):
+    area = float(np.median(areas))
+    slopes /= np.sqrt(areas)[:, None, None]
+    shape = np.median(slopes @ slopes.transpose(0, 2, 1), axis=0)
+    if np.linalg.det(shape) <= 0:
         return model.basis
-    return np.asarray(np.linalg.inv(usual.T) * model.scale, np.float64)
+    lying = np.linalg.cholesky(shape / np.sqrt(np.linalg.det(shape)))
+    usual = np.sqrt(area) * lying @ turn_by(median_turn(np.linalg.inv(lying) @ slopes))
+    if not find_sound(usual.ravel(), abs(float(np.linalg.det(model.cloth.basis)))):
+        return model.basis
+    return np.asarray(np.linalg.inv(usual) * model.scale, np.float64)
+
+
+def median_turn(matrices: Floats) -> float:
+    """Return the median of the angles by which matrices (n, 2, 2) turn most nearly, radians from x to y."""
+    turns = (matrices[:, 0, 0] + matrices[:, 1, 1]) + 1j * (matrices[:, 1, 0] - matrices[:, 0, 1])
+    middle = np.angle((turns / np.maximum(np.abs(turns), 1e-12)).sum())
+    return float(middle + np.median(np.angle(turns * np.exp(-1j * middle))))
+
+
+def turn_by(angle: float) -> Floats:
+    """Return the matrix (2, 2) that turns by an angle, radians from x to y."""
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
 def slopes_right_and_down(uv: Floats, whole: Bools) -> tuple[Floats, Bools]:

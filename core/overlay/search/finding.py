@@ -1,9 +1,9 @@
-"""The cloth of a photo: several proposals are registered, and the likeliest are completed.
+"""The cloth of a photo: several proposals are registered, and the likeliest is completed.
 
 Stripes of a tartan repeat more often than its sett, and a lattice of them may be found that is none of the cloth's.
-Where there is reason to doubt a find, the pattern is looked for among large texels too. What is likeliest near where it
-was found need not be so in the end: some finds are completed, and compared then. A lattice that lies where another one
-of the same steps was followed tells nothing more; one of other steps that leads to the same cloth confirms it.
+Where there is reason to doubt a find, the pattern is looked for among large texels too. A lattice that lies where
+another one of the same steps was followed tells nothing more; one of other steps that leads to the same cloth confirms
+it.
 """
 
 from collections.abc import Iterator
@@ -40,9 +40,6 @@ ENLARGING = "looking at the photo enlarged"
 
 AS_MUCH = 0.9
 """Share of what a lattice explains, or of what may be cloth, beyond which the rest is noise."""
-
-COMPLETED = 3
-"""Finds that are completed where the first one leaves doubts: what is explained at first is only what lies near it."""
 
 MOST = 0.5
 """Share of what may be cloth that either of two finds covers, and of the smaller one that lies as the other does, where
@@ -298,30 +295,17 @@ def register(photo: Floats, canvas: FlatPicture, lattice: Lattice, seed: int) ->
 
 
 def complete_best(finds: list[Find], seed: int) -> Job[list[Find]]:
-    """Return what proves best once it is completed: of what a lattice has told, and of what keypoints have."""
+    """Return the likeliest find completed: of what a lattice has told, and of what keypoints have.
+
+    One that cannot be completed gives way to the next; one that completing makes incredible stays as it was.
+    """
     ends: list[Find] = []
     for repeats in (False, True):
         own = [find for find in finds if find.is_credible and find.repeats == repeats]
-        ends += yield from completed(sorted(own, key=lambda find: -find.explained), seed)
+        for find in sorted(own, key=lambda find: -find.explained):
+            with suppress(NoPatternError):
+                cloth, found = yield from complete(find.cloth, find.followed, [], seed)
+                done = replace(find, cloth=cloth, followed=found, weight=weigh(cloth, found))
+                ends.append(done if done.is_credible else find)
+                break
     return ends
-
-
-def completed(finds: list[Find], seed: int) -> Job[list[Find]]:
-    """Return that one of the finds, the most likely ones first, that explains most once it is completed, if there is.
-
-    More than the first is completed only where that leaves doubts, and only if it explained more if it explained all
-    that may be cloth as well as what it covers. One that completing makes incredible stays as it was.
-    """
-    ends: list[Find] = []
-    for find in finds:
-        if any(find.explained < find.covers * end.explained for end in ends):
-            continue
-        try:
-            cloth, found = yield from complete(find.cloth, find.followed, [], seed)
-        except NoPatternError:
-            continue
-        done = replace(find, cloth=cloth, followed=found, weight=weigh(cloth, found))
-        ends.append(done if done.is_credible else find)
-        if find.is_clear or len(ends) == COMPLETED:
-            break
-    return [max(ends, key=lambda find: find.explained)] if ends else []

@@ -11,9 +11,9 @@ import pytest
 from core.arrays import CurveError
 from core.linalg import jobs_beside
 from core.linalg.beside import Process
-from core.linalg.jobs_beside import HERE, PlannedJob, ProcessPool, use_all_processors
+from core.linalg.jobs_beside import HERE, PlannedJob, ProcessPool, run_while, use_all_processors
 from core.overlay.detection.seeding import NoPatternError
-from core.progress import in_one_step, run
+from core.progress import Job, Progress, Steps, in_one_step, run
 
 T = TypeVar("T")
 NUMBER, LONG = (in_one_step, "counting", os.getpid), (in_one_step, "waiting", time.sleep, 600)
@@ -113,3 +113,56 @@ def test_who_waits_for_a_step_can_turn_away(pool: ProcessPool) -> None:
     steps = job.result()
     assert [next(steps).note for _ in range(3)] == ["waiting"] * 3
     steps.close()
+
+
+def take_two_steps() -> Job[int]:
+    yield Progress(0.0, "one")
+    yield Progress(0.5, "two")
+    return os.getpid()
+
+
+@pytest.mark.parametrize("is_to_go_on", [True, False])
+def test_alone_the_other_job_begins_when_the_first_has_ended_and_is_not_enough(*, is_to_go_on: bool) -> None:
+    notes: list[str] = []
+    job = run_while(HERE.plan(*NUMBER), HERE.plan(take_two_steps), lambda _: is_to_go_on)
+    first, other = run(job, lambda step: notes.append(step.note))
+    assert first == os.getpid()
+    assert (other is not None) == is_to_go_on
+    assert notes == ["counting", *(["one", "two"] if is_to_go_on else [])]
+
+
+def test_the_other_job_is_done_while_the_first_is_in_another_process(pool: ProcessPool) -> None:
+    first = pool.begin(in_one_step, "waiting", time.sleep, 0.2)
+    going = iter(steps := Steps(run_while(first, pool.plan(take_two_steps), lambda _: True)))
+    assert [next(going).note for _ in range(2)] == ["one", "two"]
+    assert not first.is_over
+    assert "waiting" in {step.note for step in going}
+    assert steps.result == (None, jobs_beside.End(os.getpid()))
+
+
+def test_the_other_job_is_stopped_where_the_first_is_enough(pool: ProcessPool) -> None:
+    asked: list[int] = []
+
+    def is_to_go_on(number: int) -> bool:
+        asked.append(number)
+        return False
+
+    def wait_for_ever() -> Job[None]:
+        while True:
+            time.sleep(0.01)
+            yield Progress(0.0)
+
+    first, other = run(run_while(pool.begin(*NUMBER), pool.plan(wait_for_ever), is_to_go_on))
+    assert (asked, other) == ([first], None)
+    assert first != os.getpid()
+
+
+def test_a_job_that_another_process_does_is_stopped_there_where_the_first_is_enough(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(jobs_beside, "count_processors", lambda: 3)
+    with use_all_processors(), ProcessPool() as pool:
+        first, long = pool.begin(in_one_step, "waiting", time.sleep, 0.5), pool.begin(*LONG)
+        process = process_of(long)
+        assert run(run_while(first, long, lambda _: False)) == (None, None)
+        assert not process.runs

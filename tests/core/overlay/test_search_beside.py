@@ -50,6 +50,11 @@ def done_beside(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return done
 
 
+def find_doubtful(photo: Floats, known: Known) -> Job[list[FoundCloth]]:
+    yield Progress(0.0, NOTE)
+    return [replace(found, is_sure=False, is_clear=False) for found in (yield from find(photo, known))]
+
+
 def assert_alike(search: Callable[[], Job[Decomposition]]) -> None:
     alone = run(search())
     fractions: list[float] = []
@@ -60,6 +65,20 @@ def assert_alike(search: Callable[[], Job[Decomposition]]) -> None:
     for name in ("uv", "shading", "detail", "reconstruction", "coverage", "basis"):
         assert np.array_equal(getattr(alone, name), getattr(together, name), equal_nan=True), name
     assert alone.explained == together.explained
+
+
+def note_explained(monkeypatch: pytest.MonkeyPatch, done_beside: list[str]) -> list[list[str]]:
+    """Return what another process had done each time that finds were explained in a search."""
+    before: list[list[str]] = []
+
+    def explain_and_note(finds: list[FoundCloth], pool: ProcessPool) -> Job[None]:
+        yield from explain_each(finds, pool)
+        if pool.is_beside:
+            assert all("explained" in vars(found) for found in finds)
+            before.append(list(done_beside))
+
+    monkeypatch.setattr(cloth_search, "explain_each", explain_and_note)
+    return before
 
 
 def test_the_whole_cloth_of_a_photo_that_is_shrunk(monkeypatch: pytest.MonkeyPatch, done_beside: list[str]) -> None:
@@ -82,11 +101,19 @@ def test_what_speaks_for_each_find(done_beside: list[str]) -> None:
 def test_a_region_in_which_the_first_find_leaves_doubts(
     monkeypatch: pytest.MonkeyPatch, done_beside: list[str]
 ) -> None:
-    def find_doubtful(photo: Floats, known: Known) -> Job[list[FoundCloth]]:
-        yield Progress(0.0, NOTE)
-        return [replace(found, is_sure=False, is_clear=False) for found in (yield from find(photo, known))]
-
+    explained = note_explained(monkeypatch, done_beside)
     monkeypatch.setattr(cloth_search, "find", find_doubtful)
     assert_alike(lambda: decompose(SCENE.photo, region=HALF))
+    # What speaks for the first find is told while another process looks again.
+    assert explained == [[]]
     assert "find_again" in done_beside
-    assert "explain" in done_beside
+
+
+def test_the_whole_cloth_where_finds_leave_doubts(monkeypatch: pytest.MonkeyPatch, done_beside: list[str]) -> None:
+    explained = note_explained(monkeypatch, done_beside)
+    monkeypatch.setattr(cloth_search, "find", find_doubtful)
+    monkeypatch.setattr(cloth_search, "lies_on", lambda *_: False)
+    assert_alike(lambda: decompose_whole_cloth(on_ground()))
+    # What speaks for what keypoints tell is told while another process looks at patches.
+    assert explained == [["find_if_any"]]
+    assert "find_alike" in done_beside

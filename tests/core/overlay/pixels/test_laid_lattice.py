@@ -82,6 +82,17 @@ def test_the_usual_texel_is_measured_where_the_cloth_is_not_turned_over(*, is_tu
     np.testing.assert_allclose(measured, (1.5 if is_turned_over else 1) * STEP * scale, rtol=1e-6)
 
 
+def test_parts_that_lie_otherwise_do_not_change_the_usual_texel() -> None:
+    y, x = np.indices(SIZE)
+    uv = slanted()
+    for sleeve, degrees in ((x < 45, 50.0), (x >= 105, -50.0)):
+        cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+        turned = np.array([[cos, -sin], [sin, cos]]) @ STEP
+        uv[sleeve] = np.stack([x, y], -1)[sleeve] @ np.linalg.inv(turned).T
+    model: Any = SimpleNamespace(uv=uv, scale=1, basis=1.5 * STEP, cloth=SimpleNamespace(basis=1.5 * STEP))
+    np.testing.assert_allclose(measure_basis(model), STEP, rtol=1e-6)
+
+
 def test_a_quad_that_shows_another_thing_is_less_explained_than_any_other(found: Decomposition) -> None:
     frames = found.lattice.frames
     middles = frames.points + frames.bases.sum(-1) / 2

@@ -56,36 +56,26 @@ def test_the_best_of_what_lattices_tell_is_kept_beside_what_keypoints_tell(
     assert [end.repeats for end in ends] == [False, True]
 
 
-@pytest.mark.parametrize(("share", "ends", "kept"), [(0.4, (2.0, 1.0, 3.0, 9.0), 3.0), (0.6, (2.0, 9.0), 2.0)])
-def test_where_the_likeliest_find_leaves_doubts_others_may_explain_more_in_the_end(
-    followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch, share: float, ends: tuple[float], kept: float
-) -> None:
-    explained = iter(ends)
-    monkeypatch.setattr(finding, "complete", leave)
-    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(next(explained), 0.3))
-    finds = [Find(*followed, Evidence(9.0 - k, share)) for k in range(4)]
-    assert run(complete_best(finds[::-1], 0))[0].explained == kept
-
-
-@pytest.mark.parametrize(("explained", "completed"), [(1.0, 1), (3.0, 2)])
-def test_a_find_is_completed_only_if_it_could_explain_more_than_another_one_does(
-    followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch, explained: float, completed: int
+@pytest.mark.parametrize("is_left", [True, False])
+def test_the_likeliest_find_is_completed_or_the_next_where_nothing_is_left_of_it(
+    followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch, *, is_left: bool
 ) -> None:
     seen: list[int] = []
 
     def complete(cloth: FittedCloth, found: Fit, *_: object) -> Job[tuple[FittedCloth, Fit]]:
-        seen.append(int(found.cells.sum()))
+        seen.append(len(found.pieces))
+        if len(seen) == 1 and not is_left:
+            raise NoPatternError
         return (yield from leave(cloth, found))
 
     monkeypatch.setattr(finding, "complete", complete)
-    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(9.0, 0.3))
+    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(2.0, 0.3))
     cloth, fit = followed
-    cells = fit.pieces[0].cells.copy()
-    cells[len(cells) // 4 :] = False
-    quarter = replace(fit, pieces=(replace(fit.pieces[0], cells=cells),))
-    finds = [Find(cloth, fit, Evidence(8.0, 0.3)), Find(cloth, quarter, Evidence(explained, 0.3))]
-    assert run(complete_best(finds, 0))[0].explained == 9.0
-    assert len(seen) == completed
+    # A find of k pieces is the k-th likeliest.
+    finds = [Find(cloth, replace(fit, pieces=fit.pieces[:1] * k), Evidence(9.0 - k, 0.3)) for k in (3, 1, 2)]
+    (end,) = run(complete_best(finds, 0))
+    assert seen == ([1] if is_left else [1, 2])
+    assert (end.explained, len(end.followed.pieces)) == (2.0, seen[-1])
 
 
 @pytest.mark.parametrize(
