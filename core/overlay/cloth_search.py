@@ -132,13 +132,17 @@ def find_on_whole_object(
     on_object = replace(known, region=inside)
     search, alike = pool.plan(find_if_any, photo, on_object), pool.plan(find_alike, photo, on_object)
 
-    def is_in_doubt(found: list[FoundCloth]) -> bool:
+    def go_on_in_doubt(found: list[FoundCloth]) -> bool:
         if any(one.is_clear and lies_on(one.covered, inside) for one in found):
             return False
         alike.begin()
         return True
 
-    beside, end = yield from part(forwards(run_while(bare, search, is_in_doubt)), 0.1, 0.7)
+    def those_that_count() -> list[FoundCloth]:
+        # Ground with a pattern of its own may explain more than the garment on it.
+        return [*(found for found in beside if not on_it or lies_on(found.covered, inside)), *on_it]
+
+    beside, end = yield from part(forwards(run_while(bare, search, go_on_in_doubt)), 0.1, 0.7)
     if end is None:
         return beside
     on_it = end.result
@@ -146,11 +150,10 @@ def find_on_whole_object(
         alike.stop()
     else:
         if not alike.is_over:
-            yield from part(explain_each([*beside, *on_it], pool), 0.7, 0.7)
+            yield from part(explain_each(those_that_count(), pool), 0.7, 0.7)
         with suppress(NoPatternError):
             on_it.append((yield from part(alike.result(), 0.7, 1.0)))
-    # Ground with a pattern of its own may explain more than the garment on it.
-    return [*(found for found in beside if not on_it or lies_on(found.covered, inside)), *on_it]
+    return those_that_count()
 
 
 def give(finds: list[FoundCloth]) -> Job[list[FoundCloth]]:
