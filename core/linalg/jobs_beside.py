@@ -130,7 +130,7 @@ class PlannedJob(Generic[T]):
             self._news.notify()
 
 
-def run_while(
+def run_meanwhile(
     first: PlannedJob[S], other: PlannedJob[T], is_to_go_on: Callable[[S], bool]
 ) -> Job[tuple[S, End[T] | None]]:
     """Return what the `first` job does, and the end of the `other` if that is to go on after it, else None.

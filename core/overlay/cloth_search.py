@@ -9,7 +9,7 @@ import numpy as np
 from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
 from core.linalg.blas import on_one_thread
-from core.linalg.jobs_beside import HERE, PlannedJob, ProcessPool, run_while
+from core.linalg.jobs_beside import HERE, PlannedJob, ProcessPool, run_meanwhile
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
@@ -121,9 +121,10 @@ def find_on_whole_object(
     What stands out is searched as a region is, and what was found beside it does not count if anything is found there.
     Large texels are looked for in all of the photo only where nothing stands out.
     """
-    bare = HERE.plan(give, finds or [])
     if finds is None:
         bare = pool.begin(find_if_any, photo, replace(known, may_be_large=False))
+    else:
+        bare = HERE.plan(give, finds)
     try:
         inside = yield from part(find_object(photo), 0.0, 0.1)
     except NoPatternError:
@@ -142,7 +143,7 @@ def find_on_whole_object(
         # Ground with a pattern of its own may explain more than the garment on it.
         return [*(found for found in beside if not on_it or lies_on(found.covered, inside)), *on_it]
 
-    beside, end = yield from part(forwards(run_while(bare, search, go_on_in_doubt)), 0.1, 0.7)
+    beside, end = yield from part(forwards(run_meanwhile(bare, search, go_on_in_doubt)), 0.1, 0.7)
     if end is None:
         return beside
     on_it = end.result

@@ -15,7 +15,8 @@ from core.overlay.pixels.model import PixelModel
 from core.overlay.registration.multivalued_lattice import lay_apart
 from core.overlay.registration.region import misfit
 from core.overlay.registration.vertices import find_whole_coordinates
-from core.overlay.tolerances import MOTIF, SMOOTH_PX
+from core.overlay.texel import draw_sample
+from core.overlay.tolerances import MOTIF, SMOOTH_PX, TYPICAL
 
 TRIANGLES = np.array([((0, 0), (1, 0), (1, 1)), ((0, 0), (1, 1), (0, 1))])
 """Corners of two triangles between four pixels, steps to the right and down."""
@@ -74,7 +75,8 @@ def measure_basis(model: PixelModel) -> Floats:
     few = np.s_[:: model.scale, :: model.scale]
     uv = model.uv[few].astype(np.float64)
     steps, inside = slopes_right_and_down(uv, find_untorn(uv, model.cloth.basis))
-    slopes = np.moveaxis(steps[:, inside.all(0)], 0, -1)
+    drawn = draw_sample(inside[0] & inside[1], TYPICAL)
+    slopes = np.moveaxis(steps[:, drawn], 0, -1)
     areas = np.linalg.det(slopes)
     slopes, areas = slopes[areas > 0], areas[areas > 0]
     if not len(slopes):

@@ -11,7 +11,7 @@ import pytest
 from core.arrays import CurveError
 from core.linalg import jobs_beside
 from core.linalg.beside import Process
-from core.linalg.jobs_beside import HERE, PlannedJob, ProcessPool, run_while, use_all_processors
+from core.linalg.jobs_beside import HERE, PlannedJob, ProcessPool, run_meanwhile, use_all_processors
 from core.overlay.detection.seeding import NoPatternError
 from core.progress import Job, Progress, Steps, in_one_step, run
 
@@ -124,7 +124,7 @@ def take_two_steps() -> Job[int]:
 @pytest.mark.parametrize("is_to_go_on", [True, False])
 def test_alone_the_other_job_begins_when_the_first_has_ended_and_is_not_enough(*, is_to_go_on: bool) -> None:
     notes: list[str] = []
-    job = run_while(HERE.plan(*NUMBER), HERE.plan(take_two_steps), lambda _: is_to_go_on)
+    job = run_meanwhile(HERE.plan(*NUMBER), HERE.plan(take_two_steps), lambda _: is_to_go_on)
     first, other = run(job, lambda step: notes.append(step.note))
     assert first == os.getpid()
     assert (other is not None) == is_to_go_on
@@ -133,7 +133,7 @@ def test_alone_the_other_job_begins_when_the_first_has_ended_and_is_not_enough(*
 
 def test_the_other_job_is_done_while_the_first_is_in_another_process(pool: ProcessPool) -> None:
     first = pool.begin(in_one_step, "waiting", time.sleep, 0.2)
-    going = iter(steps := Steps(run_while(first, pool.plan(take_two_steps), lambda _: True)))
+    going = iter(steps := Steps(run_meanwhile(first, pool.plan(take_two_steps), lambda _: True)))
     assert [next(going).note for _ in range(2)] == ["one", "two"]
     assert not first.is_over
     assert "waiting" in {step.note for step in going}
@@ -152,7 +152,7 @@ def test_the_other_job_is_stopped_where_the_first_is_enough(pool: ProcessPool) -
             time.sleep(0.01)
             yield Progress(0.0)
 
-    first, other = run(run_while(pool.begin(*NUMBER), pool.plan(wait_for_ever), is_to_go_on))
+    first, other = run(run_meanwhile(pool.begin(*NUMBER), pool.plan(wait_for_ever), is_to_go_on))
     assert (asked, other) == ([first], None)
     assert first != os.getpid()
 
@@ -164,5 +164,5 @@ def test_a_job_that_another_process_does_is_stopped_there_where_the_first_is_eno
     with use_all_processors(), ProcessPool() as pool:
         first, long = pool.begin(in_one_step, "waiting", time.sleep, 0.5), pool.begin(*LONG)
         process = process_of(long)
-        assert run(run_while(first, long, lambda _: False)) == (None, None)
+        assert run(run_meanwhile(first, long, lambda _: False)) == (None, None)
         assert not process.runs
