@@ -82,7 +82,7 @@ def find_all_searched(photo: Floats | Singles, known: Known, pool: ProcessPool) 
         if not other.is_over:
             yield from part(explain_each(finds, pool), 0.5, 0.5)
         with suppress(NoPatternError):
-            finds.append((yield from part(other.result(), 0.5, 0.9)))
+            finds += yield from part(other.result(), 0.5, 0.9)
     if not finds:
         raise NoPatternError
     if not is_given and known.region is not None and not any(found.is_clear for found in finds):
@@ -153,7 +153,7 @@ def find_on_whole_object(
         if not alike.is_over:
             yield from part(explain_each(those_that_count(), pool), 0.7, 0.7)
         with suppress(NoPatternError):
-            on_it.append((yield from part(alike.result(), 0.7, 1.0)))
+            on_it += yield from part(alike.result(), 0.7, 1.0)
     return those_that_count()
 
 
@@ -185,18 +185,21 @@ def find_if_any(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
         return []
 
 
-def find_again(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
-    """Return the cloth of a region told by alike patches, else of all of the photo; raise `NoPatternError` if none."""
+def find_again(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
+    """Return what may be the cloth of a region told by alike patches, else of all of the photo.
+
+    Raises `NoPatternError` if there is none.
+    """
     with suppress(NoPatternError):
         return (yield from part(find_alike(photo, known), 0.0, 0.5))
-    return (yield from part(find_in_all(photo, known), 0.5, 1.0))
+    return [(yield from part(find_in_all(photo, known), 0.5, 1.0))]
 
 
-def find_alike(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
-    """Return the cloth of a region told by alike patches; raise `NoPatternError` if there is none."""
+def find_alike(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
+    """Return what may be the cloth of a region told by alike patches; raise `NoPatternError` if there is none."""
     picture = working_picture(photo, known.region)
     job = find_print(*picture, known.seed, alike="patches", texel_px=known.texel_px)
-    return found_on(photo, known.region, (yield from on_one_thread(job)))
+    return [found_on(photo, known.region, found) for found in (yield from on_one_thread(job))]
 
 
 def find_in_all(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
@@ -205,8 +208,8 @@ def find_in_all(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     return (yield from part(follow(choose(bare), known.region, known.seed), 0.8, 1.0))
 
 
-def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
-    """Return the print on the object that stands out in a photo; raise `NoPatternError` if there is none.
+def find_on_object(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
+    """Return what may be the print on the object that stands out in a photo; raise `NoPatternError` if there is none.
 
     Nobody said that there is cloth. Large texels alone are looked for, by alike keypoints or, where these tell nothing,
     by patches: of them the object tells more than all of the photo does, in which less of what is alike is theirs. A
@@ -218,8 +221,8 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     for alike, done in ways:
         job = find_print(*picture, known.seed, alike=alike, least=LEAST_UNTOLD, texel_px=known.texel_px)
         with suppress(NoPatternError):
-            found = yield from part(on_one_thread(job), done, done + 0.45)
-            return replace(found_on(photo, inside, found), is_told=False)
+            finds = yield from part(on_one_thread(job), done, done + 0.45)
+            return [replace(found_on(photo, inside, found), is_told=False) for found in finds]
     raise NoPatternError
 
 

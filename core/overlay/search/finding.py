@@ -1,4 +1,4 @@
-"""The cloth of a photo: several proposals are registered, and the likeliest is completed.
+"""The cloth of a photo: several proposals are registered, and the likeliest are completed.
 
 Stripes of a tartan repeat more often than its sett, and a lattice of them may be found that is none of the cloth's.
 Where there is reason to doubt a find, the pattern is looked for among large texels too. A lattice that lies where
@@ -166,13 +166,14 @@ def find_cloth(
     finds = yield from part(register_each(photo, canvas, search, [], seed), 0.0, 0.3)
     if not any(find.is_credible for find in finds) and can_be_magnified(canvas.shape):
         yield Progress(0.3, ENLARGING)
-        large, place = magnified(photo, np.asarray(canvas.valid[..., 0] > 0, np.bool_))
+        enlarged, place = magnified(photo, np.asarray(canvas.valid[..., 0] > 0, np.bool_))
         side = None if texel_px is None else TIMES * texel_px
         search = find_lattices(place, np.random.default_rng(seed), texel_px=side, most_px=MOST_PX)
-        finds += yield from part(register_each(large, place, search, finds, seed, scale=TIMES), 0.4, 0.5)
+        finds += yield from part(register_each(enlarged, place, search, finds, seed, scale=TIMES), 0.4, 0.5)
     if with_large and not is_any_clear(finds):
         with suppress(NoPatternError):
-            finds.append(Find(*(yield from part(find_large(photo, canvas, texel_px=texel_px), 0.5, 0.6)), repeats=True))
+            large = yield from part(find_large(photo, canvas, texel_px=texel_px), 0.5, 0.6)
+            finds += [Find(*one, repeats=True) for one in large]
     carried: list[Find] = []
     for end in (yield from part(complete_best(finds, seed), 0.6, 1.0)):
         with suppress(NoPatternError):
@@ -190,16 +191,17 @@ def find_print(
     alike: Correspondences = "keypoints",
     least: float | None = None,
     texel_px: float | None = None,
-) -> Job[Find]:
-    """Return the registered cloth of a photo (H, W, 3) whose texels are large, told by alike keypoints or patches.
+) -> Job[list[Find]]:
+    """Return what may be the registered cloth of a photo (H, W, 3) of large texels, told by alike keypoints or patches.
 
     What is given is as for `find_large`. Raises `NoPatternError` if there is none, or none that shows enough texels.
     """
     large = yield from part(find_large(photo, canvas, alike=alike, least=least, texel_px=texel_px), 0.0, 0.5)
-    ends = yield from part(complete_best([Find(*large, repeats=True)], seed), 0.5, 1.0)
-    if not ends or ends[0].texels <= (least or 0):
+    ends = yield from part(complete_best([Find(*one, repeats=True) for one in large], seed), 0.5, 1.0)
+    seen = [end for end in ends if end.texels > (least or 0)]
+    if not seen:
         raise NoPatternError
-    return ends[0]
+    return seen
 
 
 def follow_within(cloth: FittedCloth, found: Fit, photo: Floats, canvas: FlatPicture, seed: int) -> Job[Find]:
@@ -295,17 +297,17 @@ def register(photo: Floats, canvas: FlatPicture, lattice: Lattice, seed: int) ->
 
 
 def complete_best(finds: list[Find], seed: int) -> Job[list[Find]]:
-    """Return the likeliest find completed: of what a lattice has told, and of what keypoints have.
+    """Return finds completed: the likeliest of those that a lattice has told, and all that keypoints have.
 
-    One that cannot be completed gives way to the next; one that completing makes incredible stays as it was.
+    One that cannot be completed gives way to the next; one that completing makes incredible stays as it was. Of few
+    texels what is followed tells little about which find is right; what comes of them does.
     """
     ends: list[Find] = []
-    for repeats in (False, True):
-        own = [find for find in finds if find.is_credible and find.repeats == repeats]
-        for find in sorted(own, key=lambda find: -find.explained):
-            with suppress(NoPatternError):
-                cloth, found = yield from complete(find.cloth, find.followed, [], seed)
-                done = replace(find, cloth=cloth, followed=found, weight=weigh(cloth, found))
-                ends.append(done if done.is_credible else find)
-                break
+    for find in sorted(finds, key=lambda find: (find.repeats, -find.explained)):
+        if not find.is_credible or (ends and not find.repeats):
+            continue
+        with suppress(NoPatternError):
+            cloth, found = yield from complete(find.cloth, find.followed, [], seed)
+            done = replace(find, cloth=cloth, followed=found, weight=weigh(cloth, found))
+            ends.append(done if done.is_credible else find)
     return ends

@@ -82,14 +82,14 @@ def find_large(
     alike: Correspondences = "keypoints",
     least: float | None = None,
     texel_px: float | None = None,
-) -> Job[tuple[FittedCloth, Fit, Evidence]]:
-    """Return the cloth registered and followed from pairs of alike places that lie whole large texels apart.
+) -> Job[list[tuple[FittedCloth, Fit, Evidence]]]:
+    """Return what may be the cloth, registered and followed from pairs of alike places that lie whole texels apart.
 
     Of lattices that are nearly as sure as the surest one that is followed of which the texel takes away most of the
     error where it is laid. More has to speak for it than against it, and what one texel foretells of another has to be
     related to that (`Evidence.is_related`). Where the user says that there is cloth and none is found, motifs alone are
-    asked, without their ground. If none is found then either, but votes were certain of some in a region, that one of
-    these counts that takes away most of the error in all.
+    asked, without their ground. If none is found then either, those of which votes were certain in a region may be
+    the cloth; the `TRIED` are returned that take away most of the error in all, the best one first.
     `least` tells how many texels have to be seen; without it those of a region count, which the user says is cloth.
     `texel_px` is about the side of a texel where that is known. Raises `NoPatternError` where there is none, or too
     little of it.
@@ -117,12 +117,12 @@ def find_large(
             if not (weight.is_related and (is_cloth or texels > least)):
                 continue
             if weight.explained > 0:
-                return cloth, found, weight
+                return [(cloth, found, weight)]
             if is_certain:
                 doubtful.append((cloth, found, weight))
     if not doubtful:
         raise NoPatternError
-    return max(doubtful, key=lambda end: end[2].share * int(end[1].cells.sum()))
+    return sorted(doubtful, key=lambda end: -end[2].share * int(end[1].cells.sum()))[:TRIED]
 
 
 def lay_likely(

@@ -1,5 +1,7 @@
 """Prints and tartans of large texels, and the canvas of a photo of one."""
 
+from typing import Any
+
 import cv2
 import numpy as np
 
@@ -8,9 +10,12 @@ from core.imaging import color
 from core.imaging.image import Image
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.seeding import flat_canvas
-from core.overlay.registration.cloth import FittedCloth
+from core.overlay.registration.cloth import Fit, FittedCloth
+from core.overlay.registration.evidence import Evidence
 from core.overlay.registration.registration import ClothState
+from core.overlay.search.large_periods import find_large
 from core.overlay.texel import Texel
+from core.progress import run
 from tests.core.overlay.overlay_scenes import Scene, make_scene
 
 LARGE = np.array([[62.0, 6.0], [-5.0, 62.0]])
@@ -112,3 +117,8 @@ def strokes(n: int = 150) -> Texel:
                 points = np.rint(middle + [across, down] + np.insert(ends, [0, 1, 2], 0, axis=0)).astype(np.int32)
                 cv2.polylines(pixels, [points], False, (0.8, 0.8, 0.75), 2)
     return Texel(pixels)
+
+
+def find_likeliest(photo: Floats, canvas: FlatPicture, **known: Any) -> tuple[FittedCloth, Fit, Evidence]:
+    """Return the likeliest cloth of large texels."""
+    return run(find_large(photo, canvas, **known))[0]

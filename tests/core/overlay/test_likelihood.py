@@ -116,7 +116,7 @@ def test_a_find_in_a_region_that_leaves_doubts_is_followed_once_more_and_the_bet
     def follow_badly(*asked: Any) -> Job[FoundCloth]:
         return bent((yield from follow(*asked)), 0.1, 1.0)
 
-    def find_no_more(*_: Any) -> Job[FoundCloth]:
+    def find_no_more(*_: Any) -> Job[list[FoundCloth]]:
         yield Progress(0.0)
         raise NoPatternError
 
@@ -146,13 +146,15 @@ def test_where_the_find_in_a_region_leaves_doubts_alike_patches_are_asked_and_if
         assert found.is_sure
         return [replace(found, is_sure=is_sure)]
 
-    def find_by_patches(photo: Floats, canvas: FlatPicture, seed: int, *, alike: str, texel_px: float) -> Job[Find]:
+    def find_by_patches(
+        photo: Floats, canvas: FlatPicture, seed: int, *, alike: str, texel_px: float
+    ) -> Job[list[Find]]:
         assert (alike, texel_px) == ("patches", 20)
         assert np.array_equal(canvas.valid[..., 0] > 0, HALF)
         searched.append("patches")
         if not is_alike:
             raise NoPatternError
-        return (yield from find_cloth(photo, canvas, seed))[0]
+        return (yield from find_cloth(photo, canvas, seed))
 
     for name, other in (("find", find_in), ("find_print", find_by_patches)):
         monkeypatch.setattr(cloth_search, name, other)
@@ -174,13 +176,13 @@ def test_what_nobody_painted_is_looked_for_on_the_object_that_stands_out_too(
 
     def find_print_on(
         photo: Floats, canvas: FlatPicture, seed: int, *, alike: str, least: float, texel_px: float
-    ) -> Job[Find]:
+    ) -> Job[list[Find]]:
         assert (least, texel_px) == (cloth_search.LEAST_UNTOLD, 20)
         assert (canvas.valid == 0).any()
         searched.append(alike)
         if alike != places[-1]:
             raise NoPatternError
-        return (yield from find_cloth(photo, canvas, seed))[0]
+        return (yield from find_cloth(photo, canvas, seed))
 
     for name, other in (("find", find_none), ("find_print", find_print_on)):
         monkeypatch.setattr(cloth_search, name, other)
@@ -204,7 +206,7 @@ def test_what_leaves_doubts_where_nothing_is_painted_is_looked_for_on_what_stand
         assert found.is_clear
         return [replace(found, is_clear=is_clear)]
 
-    def find_on_object(_photo: Floats, _known: Known) -> Job[FoundCloth]:
+    def find_on_object(_photo: Floats, _known: Known) -> Job[list[FoundCloth]]:
         searched.append("object")
         yield Progress(0.0)
         raise NoPatternError
@@ -238,15 +240,15 @@ def test_the_whole_cloth_is_looked_for_on_what_stands_out_unless_a_find_lies_the
     inside = EVERYWHERE if is_on_it else ~found.covered
     searched: list[str] = []
 
-    def find_on(way: str) -> Job[FoundCloth]:
+    def find_on(way: str) -> Job[list[FoundCloth]]:
         searched.append(way)
         yield Progress(0.0)
-        return replace(found, is_sure=is_sure, is_clear=is_clear)
+        return [replace(found, is_sure=is_sure, is_clear=is_clear)]
 
     def find_in(_photo: Floats, known: Known) -> Job[list[FoundCloth]]:
         way = "region" if known.region is HALF else "photo" if known.region is None else "object"
         assert known.may_be_large == (way != "photo")
-        return [(yield from find_on(way))]
+        return (yield from find_on(way))
 
     def cut_out(_photo: Floats) -> Job[Bools]:
         yield Progress(0.0)

@@ -3,10 +3,8 @@
 import pytest
 
 from core.overlay.registration.cloth import Fit, FittedCloth
-from core.overlay.search.large_periods import find_large
-from core.progress import run
 from tests.core.overlay.overlay_scenes import Scene, make_scene
-from tests.core.overlay.prints import PRINT, painted, print_of_blots
+from tests.core.overlay.prints import PRINT, find_likeliest, painted, print_of_blots
 
 
 @pytest.fixture(scope="module")
@@ -16,5 +14,5 @@ def printed() -> Scene:
 
 @pytest.fixture(scope="module")
 def followed(printed: Scene) -> tuple[FittedCloth, Fit]:
-    cloth, found, _ = run(find_large(printed.photo, painted(printed.photo)))
+    cloth, found, _ = find_likeliest(printed.photo, painted(printed.photo))
     return cloth, found

@@ -10,10 +10,10 @@ from core.overlay.detection.alike_patches import find_alike_patches
 from core.overlay.detection.displacement_votes import Pairs, count_votes, find_bases
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.search.finding import find_print
-from core.overlay.search.large_periods import LARGE_PX, find_large, find_likely, find_likely_of_patches
+from core.overlay.search.large_periods import LARGE_PX, find_likely, find_likely_of_patches
 from core.progress import run
 from tests.core.overlay.overlay_scenes import Scene, make_scene
-from tests.core.overlay.prints import canvas_of, displaced_px, painted, sett
+from tests.core.overlay.prints import canvas_of, displaced_px, find_likeliest, painted, sett
 
 BASIS = np.array([[93.0, 6.0], [-5.0, 88.0]])
 
@@ -50,14 +50,14 @@ def test_votes_of_patches_tell_a_plaid_that_those_of_keypoints_are_less_sure_of(
 
 
 def test_a_plaid_is_laid_by_its_patches(plaid: Scene) -> None:
-    cloth, found, _ = run(find_large(plaid.photo, painted(plaid.photo), alike="patches"))
+    cloth, found, _ = find_likeliest(plaid.photo, painted(plaid.photo), alike="patches")
     assert found.cells.mean() > 0.9
     assert np.percentile(displaced_px(plaid, cloth, found.pieces[0]), 90) < 2.0
 
 
 def test_crumpled_cloth_of_smaller_texels_is_laid_by_its_patches() -> None:
     scene = make_scene(sett(), size=(260, 240), basis=np.array([[44.0, 3.0], [-2.0, 40.0]]), bend=5.0)
-    found = run(find_print(scene.photo, painted(scene.photo), 0, alike="patches"))
+    (found,) = run(find_print(scene.photo, painted(scene.photo), 0, alike="patches"))
     piece = found.followed.pieces[0]
     assert piece.cells.mean() > 0.8
     assert np.percentile(displaced_px(scene, found.cloth, piece), 90) < 1.0

@@ -26,10 +26,10 @@ def test_large_texels_are_looked_for_where_no_lattice_is_found(
         yield Progress(0.0, "")
         raise NoPatternError
 
-    def found_large(photo: Floats, *_: object, **__: object) -> Job[tuple[FittedCloth, Fit, Evidence]]:
+    def found_large(photo: Floats, *_: object, **__: object) -> Job[list[tuple[FittedCloth, Fit, Evidence]]]:
         np.testing.assert_array_equal(photo, printed.photo)
         yield Progress(0.0, "")
-        return (*followed, Evidence(-1.0, -0.1))
+        return [(*followed, Evidence(-1.0, -0.1))]
 
     monkeypatch.setattr(finding, "find_lattices", none)
     monkeypatch.setattr(finding, "find_large", found_large)
@@ -46,14 +46,15 @@ def leave(cloth: FittedCloth, found: Fit, *_: object) -> Job[tuple[FittedCloth, 
     return cloth, found
 
 
-def test_the_best_of_what_lattices_tell_is_kept_beside_what_keypoints_tell(
+def test_the_best_of_what_lattices_tell_is_kept_beside_all_that_keypoints_tell(
     followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(finding, "complete", leave)
     monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(1.0, 0.3))
     lattices = [Find(*followed, Evidence(explained, 0.3)) for explained in (1.0, 3.0, 2.0)]
-    ends = run(complete_best([*lattices, Find(*followed, Evidence(-9.0, -0.1), repeats=True)], 0))
-    assert [end.repeats for end in ends] == [False, True]
+    told = [Find(*followed, Evidence(explained, -0.1), repeats=True) for explained in (-9.0, -2.0)]
+    ends = run(complete_best([*told, *lattices], 0))
+    assert [end.repeats for end in ends] == [False, True, True]
 
 
 @pytest.mark.parametrize("is_left", [True, False])
@@ -113,22 +114,22 @@ def test_a_print_has_to_show_enough_texels_where_nobody_said_that_there_is_cloth
     printed: Scene, least: float, is_found: bool
 ) -> None:
     with nullcontext() if is_found else pytest.raises(NoPatternError):
-        found = run(find_print(printed.photo, painted(printed.photo), 0, least=least))
+        (found,) = run(find_print(printed.photo, painted(printed.photo), 0, least=least))
         assert found.repeats
 
 
 def test_a_print_of_which_completing_leaves_too_few_texels_is_none(
     followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def large(*_: object, **__: object) -> Job[tuple[FittedCloth, Fit, Evidence]]:
+    def large(*_: object, **__: object) -> Job[list[tuple[FittedCloth, Fit, Evidence]]]:
         yield Progress(0.0, "")
-        return *followed, Evidence(-1.0, -0.5)
+        return [(*followed, Evidence(-1.0, -0.5))]
 
     whole = Find(*followed, Evidence(-1.0, -0.5), repeats=True)
     monkeypatch.setattr(finding, "find_large", large)
     monkeypatch.setattr(finding, "complete", leave)
     photo = followed[0].photo
-    assert run(find_print(photo, canvas_of(photo), 0, least=0.9 * whole.texels)).texels == whole.texels
+    assert run(find_print(photo, canvas_of(photo), 0, least=0.9 * whole.texels))[0].texels == whole.texels
     with pytest.raises(NoPatternError):
         run(find_print(photo, canvas_of(photo), 0, least=whole.texels))
 
@@ -137,10 +138,10 @@ def test_a_print_of_which_completing_leaves_too_few_texels_is_none(
 def test_what_patches_tell_is_refused_where_completing_leaves_nothing(
     followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch, *, is_left: bool
 ) -> None:
-    def large(*_: object, **known: object) -> Job[tuple[FittedCloth, Fit, Evidence]]:
+    def large(*_: object, **known: object) -> Job[list[tuple[FittedCloth, Fit, Evidence]]]:
         assert known == {"alike": "patches", "least": None, "texel_px": 120}
         yield Progress(0.0, "")
-        return *followed, Evidence(-1.0, -0.5)
+        return [(*followed, Evidence(-1.0, -0.5))]
 
     def lose(*_: object) -> Job[tuple[FittedCloth, Fit]]:
         yield Progress(0.0, "")
@@ -150,7 +151,7 @@ def test_what_patches_tell_is_refused_where_completing_leaves_nothing(
     monkeypatch.setattr(finding, "complete", leave if is_left else lose)
     photo = followed[0].photo
     with nullcontext() if is_left else pytest.raises(NoPatternError):
-        assert run(find_print(photo, painted(photo), 0, alike="patches", texel_px=120)).repeats
+        assert run(find_print(photo, painted(photo), 0, alike="patches", texel_px=120))[0].repeats
 
 
 @pytest.fixture(scope="module")
