@@ -77,18 +77,11 @@ def weigh(cloth: FittedCloth, found: Fit) -> Evidence:
 def choose_weave(
     cloth: FittedCloth, start: Fit, register: Callable[[FittedCloth, Fit], Fit]
 ) -> tuple[FittedCloth, Fit, Evidence]:
-    """Return a fit registered with any texel or with a plaid's (`or_woven`)."""
-    return or_woven(register_as(cloth, start, register), start, register)
-
-
-def or_woven(
-    first: tuple[FittedCloth, Fit, Evidence], start: Fit, register: Callable[[FittedCloth, Fit], Fit]
-) -> tuple[FittedCloth, Fit, Evidence]:
-    """Return a fit or, where it leaves doubts, the one registered from `start` with a plaid's texel, if better.
+    """Return a fit registered with any texel or, where that leaves doubts, with a plaid's, if it is better.
 
     Of few texels of a plaid, folds that lie alike are else taken for a part of the pattern.
     """
-    cloth, found, weight = first
+    first = _, found, weight = register_as(cloth, start, register)
     if weight.is_clear or not may_be_plaid(cloth, found.texel):
         return first
     woven = replace(cloth, is_woven=True)

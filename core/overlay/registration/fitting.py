@@ -29,6 +29,7 @@ from core.overlay.registration.region import look_at
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.registration import ClothState
 from core.overlay.texel import Texel
+from core.overlay.tolerances import SMOOTH_PX
 from core.progress import Job, Progress
 
 LEAST_EVENNESS = 0.12
@@ -139,29 +140,39 @@ def true_period(cloth: FittedCloth, state: ClothState, seed: int) -> Floats:
     return M
 
 
-def refit(cloth: FittedCloth, found: Fit, *, rounds: int, blurs_px: Sequence[float] = (0.0,)) -> Fit:
+def refit(
+    cloth: FittedCloth, found: Fit, *, rounds: int, blurs_px: Sequence[float] = (0.0,), is_stiff: bool = False
+) -> Fit:
     """Return the pieces registered anew, under one blur after another, and the texel estimated anew from them.
 
-    What cloth may miss is told by what most texels show, which misses less of even ground than the mean does: by the
-    mean, cloth would be followed beyond its end.
+    What `is_stiff` is the smoother the wider the blur is (`register_under`). What cloth may miss is told by what most
+    texels show, which misses less of even ground than the mean does: by the mean, cloth would be followed beyond its
+    end.
     """
     texel, pieces = found.texel, found.pieces
     for blur_px in blurs_px:
-        texel, pieces = register_under(cloth, texel, pieces, rounds, blur_px)
+        texel, pieces = register_under(cloth, texel, pieces, rounds, blur_px, is_stiff=is_stiff)
     return replace(measure(cloth, estimate(cloth, pieces), pieces), texel=texel)
 
 
 def register_under(
-    cloth: FittedCloth, texel: Texel, pieces: tuple[ClothState, ...], rounds: int, blur_px: float
+    cloth: FittedCloth,
+    texel: Texel,
+    pieces: tuple[ClothState, ...],
+    rounds: int,
+    blur_px: float,
+    *,
+    is_stiff: bool = False,
 ) -> tuple[Texel, tuple[ClothState, ...]]:
     """Return the pieces registered under a blur, on the coarsest mesh that shows as much, and the texel estimated anew.
 
-    The change is carried to finer meshes (a coarse-grid correction).
+    The change is carried to finer meshes (a coarse-grid correction). What `is_stiff` bends within lengths that grow as
+    the blur does: lengths grow as the fourth root of the weight of the smoothness.
     """
     if blur_px >= 2 * LEAST_BLUR_PX and cloth.can_be_coarser:
         starts = tuple(coarsen(cloth.mesh, piece) for piece in pieces)
-        texel, ends = register_under(cloth.coarser, texel, starts, rounds, blur_px / 2)
+        texel, ends = register_under(cloth.coarser, texel, starts, rounds, blur_px / 2, is_stiff=is_stiff)
         return texel, tuple(map(correct, pieces, starts, ends))
-    run = cloth.registration.run
-    pieces = tuple(run(piece, texel, rounds=rounds, blur_px=blur_px) for piece in pieces)
+    run, firm = cloth.registration.run, max(1.0, blur_px / SMOOTH_PX) ** 4 if is_stiff else 1.0
+    pieces = tuple(run(piece, texel, rounds=rounds, blur_px=blur_px, firm=firm) for piece in pieces)
     return estimate(cloth, pieces, by_mean=True), pieces

@@ -61,7 +61,7 @@ class Find:
     """Times that the photo was enlarged in which it was found."""
 
     repeats: bool = False
-    """Whether keypoints have told that it repeats: of few texels one tells little about another."""
+    """Whether pairs of alike places have told that it repeats: of few texels one tells little about another."""
 
     confirmed: bool = False
     """Whether another lattice has led to the same cloth."""
@@ -86,6 +86,11 @@ class Find:
         """Whether the pattern repeats, over enough of what may be cloth."""
         repeats = self.weight.is_related if self.repeats else self.weight.is_credible
         return repeats and self.covers > LEAST_PART
+
+    @property
+    def is_likely(self) -> bool:
+        """Whether it is to be completed: whether few texels repeat is told by what comes of them."""
+        return self.is_credible or (self.repeats and self.covers > LEAST_PART)
 
     @property
     def is_clear(self) -> bool:
@@ -299,15 +304,17 @@ def register(photo: Floats, canvas: FlatPicture, lattice: Lattice, seed: int) ->
 def complete_best(finds: list[Find], seed: int) -> Job[list[Find]]:
     """Return finds completed: the likeliest of those that a lattice has told, and all that keypoints have.
 
-    One that cannot be completed gives way to the next; one that completing makes incredible stays as it was. Of few
+    One that cannot be completed gives way to the next; one that completing makes unlikely stays as it was. Of few
     texels what is followed tells little about which find is right; what comes of them does.
     """
     ends: list[Find] = []
-    for find in sorted(finds, key=lambda find: (find.repeats, -find.explained)):
-        if not find.is_credible or (ends and not find.repeats):
+    likely = sorted((find for find in finds if find.is_likely), key=lambda find: (find.repeats, -find.explained))
+    for number, find in enumerate(likely):
+        if ends and not find.repeats:
             continue
         with suppress(NoPatternError):
-            cloth, found = yield from complete(find.cloth, find.followed, [], seed)
+            job = complete(find.cloth, find.followed, [], seed)
+            cloth, found = yield from part(job, number / len(likely), (number + 1) / len(likely))
             done = replace(find, cloth=cloth, followed=found, weight=weigh(cloth, found))
-            ends.append(done if done.is_credible else find)
+            ends.append(done if done.is_likely else find)
     return ends

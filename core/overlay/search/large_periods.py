@@ -4,10 +4,8 @@ Votes of pairs of them, keypoints or patches, tell the lattice (`displacement_vo
 a thin plate whose coordinates differ by whole numbers between the two places of a pair.
 """
 
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -26,14 +24,14 @@ from core.overlay.filters.shrinking import to_small
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_divided_cloth, measure
 from core.overlay.registration.coarse_mesh import at_finer_nodes
-from core.overlay.registration.evidence import Evidence, or_woven, register_as, weigh
+from core.overlay.registration.evidence import Evidence, choose_weave, weigh
 from core.overlay.registration.fitting import refit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.registration import ClothState
 from core.overlay.registration.thin_plate import interpolation
 from core.overlay.texel import draw_sample
 from core.overlay.tolerances import SMOOTH_PX
-from core.progress import Job, Progress
+from core.progress import Job, Progress, part
 
 Correspondences: TypeAlias = Literal["keypoints", "patches"]
 
@@ -47,8 +45,6 @@ TRIED = 3
 UNTOLD: dict[Correspondences, float] = {"keypoints": LIKELY, "patches": 35.0}
 """Surplus of votes from which a lattice is likely where nobody said that there is cloth. Patches along stripes are
 alike, with 33 at most; prints and plaids have 38 to 88 (of 160 clothes drawn by chance)."""
-NEARLY = 0.8
-"""Surplus of votes, over that of the surest lattice, from which another one is as likely."""
 TOLERANCES = np.geomspace(0.25, 0.08, 8)
 """Texels by which a pair may miss a whole number, while the plate is fitted again and again (Tukey's biweight)."""
 BEND = 1.0
@@ -69,11 +65,6 @@ class LaidLattice:
     start: Fit
     """The cloth as the pairs lay it."""
 
-    @cached_property
-    def registered(self) -> tuple[FittedCloth, Fit, Evidence]:
-        """The same registered, with any texel, and what speaks for it."""
-        return register_as(self.cloth, self.start, register_coarsely)
-
 
 def find_large(
     photo: Floats,
@@ -85,11 +76,11 @@ def find_large(
 ) -> Job[list[tuple[FittedCloth, Fit, Evidence]]]:
     """Return what may be the cloth, registered and followed from pairs of alike places that lie whole texels apart.
 
-    Of lattices that are nearly as sure as the surest one that is followed of which the texel takes away most of the
-    error where it is laid. More has to speak for it than against it, and what one texel foretells of another has to be
-    related to that (`Evidence.is_related`). Where the user says that there is cloth and none is found, motifs alone are
-    asked, without their ground. If none is found then either, those of which votes were certain in a region may be
-    the cloth; the `TRIED` are returned that take away most of the error in all, the best one first.
+    Of few texels what one foretells of another tells little of which lattice is right: all that are followed are
+    returned, at most `TRIED`, those that explain most. Votes have to be certain of them, in a region, or more has to
+    speak for them than against them. Unless the user says that there is cloth, what one texel foretells of another has
+    to be related to that (`Evidence.is_related`). Where the user does, and more speaks against all of them than for
+    them, motifs alone are asked too, without their ground.
     `least` tells how many texels have to be seen; without it those of a region count, which the user says is cloth.
     `texel_px` is about the side of a texel where that is known. Raises `NoPatternError` where there is none, or too
     little of it.
@@ -98,14 +89,15 @@ def find_large(
     is_bounded = not (canvas.valid > 0).all()
     is_cloth = least is None and is_bounded
     least = least or (LEAST_TEXELS if is_cloth else 2 * LEAST_TEXELS)
-    doubtful: list[tuple[FittedCloth, Fit, Evidence]] = []
-    step = Progress(0.5, NOTE)
-    for view in (canvas, canvas.of_motifs) if is_cloth else (canvas,):
-        laid = yield from lay_likely(photo, canvas, view, alike, least, is_cloth=is_cloth, texel_px=texel_px)
-        for one in in_turn(laid):
+    finds: list[tuple[FittedCloth, Fit, Evidence]] = []
+    for view, done in ((canvas, 0.0), (canvas.of_motifs, 0.5)) if is_cloth else ((canvas, 0.0),):
+        job = lay_likely(photo, canvas, view, alike, least, is_cloth=is_cloth, texel_px=texel_px)
+        laid = yield from part(job, done, done + 0.25)
+        step = Progress(done + 0.25, NOTE)
+        for one in laid:
             is_certain = is_bounded and one.sure > SURE
             yield step
-            cloth, found, weight = or_woven(one.registered, one.start, register_coarsely)
+            cloth, found, weight = choose_weave(one.cloth, one.start, register_coarsely)
             if not (is_cloth or is_certain or weight.explained > 0):
                 continue
             found = yield from followed(cloth, prune(cloth, found), step)
@@ -114,15 +106,13 @@ def find_large(
             found = refit(cloth, found, rounds=3)
             texels = float((cloth.valid & cloth.mesh.pixels_of(found.cells)).sum()) / cloth.side_px**2
             weight = weigh(cloth, found)
-            if not (weight.is_related and (is_cloth or texels > least)):
-                continue
-            if weight.explained > 0:
-                return [(cloth, found, weight)]
-            if is_certain:
-                doubtful.append((cloth, found, weight))
-    if not doubtful:
+            if (is_certain or weight.explained > 0) and (is_cloth or (weight.is_related and texels > least)):
+                finds.append((cloth, found, weight))
+        if any(weight.explained > 0 for *_, weight in finds):
+            break
+    if not finds:
         raise NoPatternError
-    return sorted(doubtful, key=lambda end: -end[2].share * int(end[1].cells.sum()))[:TRIED]
+    return sorted(finds, key=lambda find: -find[2].explained)[:TRIED]
 
 
 def lay_likely(
@@ -150,22 +140,11 @@ def lay_likely(
         # What the votes are less sure of are other steps of what has just been told.
         if least * area_px > room_px:
             break
-        yield Progress(0.5 * number / TRIED, NOTE)
+        yield Progress(number / TRIED, NOTE)
         with suppress(NoPatternError):
             # Of what the user says is cloth all is seen, however much of it can be followed.
             laid.append(LaidLattice(sure, *lay(photo, canvas, pairs, basis, 0.0 if is_cloth else least * area_px)))
     return laid
-
-
-def in_turn(laid: list[LaidLattice]) -> Iterator[LaidLattice]:
-    """Yield what is nearly as sure as the surest first, and what explains most of that and of the rest first.
-
-    The rest is registered only if it is asked for.
-    """
-    as_sure = NEARLY * max((one.sure for one in laid), default=0.0)
-    for is_as_sure in (True, False):
-        alike = (one for one in laid if (one.sure >= as_sure) == is_as_sure)
-        yield from sorted(alike, key=lambda one: -max(one.registered[2].share, 0.0))
 
 
 def find_likely(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float, Floats]]]:
@@ -213,10 +192,13 @@ def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats, least_p
 
 
 def register_coarsely(cloth: FittedCloth, found: Fit) -> Fit:
-    """Return a fit whose coordinates are rough registered under one blur after another."""
+    """Return a fit whose coordinates are rough registered under one blur after another.
+
+    In a region cloth is stiff under a blur; without one ground beside it is registered too, and would draw it along.
+    """
     widest = BLUR * cloth.side_px
     blurs_px = widest / 2.0 ** np.arange(max(np.log2(widest / SMOOTH_PX), 0))
-    return refit(cloth, found, rounds=3, blurs_px=[*blurs_px.tolist(), SMOOTH_PX])
+    return refit(cloth, found, rounds=5, blurs_px=[*blurs_px.tolist(), SMOOTH_PX], is_stiff=cloth.in_region)
 
 
 def fit_plate(mesh: ClothMesh, pairs: Pairs, uv: Floats) -> tuple[Floats, Bools]:

@@ -8,11 +8,12 @@ from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import flat_canvas
 from core.overlay.mesh import ClothMesh
-from core.overlay.registration.cloth import make_cloth
+from core.overlay.registration.cloth import FittedCloth, make_cloth
 from core.overlay.registration.coarse_mesh import at_finer_nodes, coarsen, correct
 from core.overlay.registration.fitting import register_under
 from core.overlay.registration.registration import ClothState
-from tests.core.overlay.overlay_scenes import make_scene, motif
+from core.overlay.tolerances import SMOOTH_PX
+from tests.core.overlay.overlay_scenes import Scene, make_scene, motif
 
 SIZE, BASIS = (236, 282), np.array([[116.0, 6.0], [-5.0, 122.0]])
 RNG = np.random.default_rng(0)
@@ -37,13 +38,18 @@ def test_a_mesh_moves_as_its_coarser_one_does(cells: tuple[int, int]) -> None:
     assert np.array_equal(moved.cells, state.cells)
 
 
-def test_a_wide_blur_is_registered_on_the_coarser_mesh_and_lies_on_the_photo() -> None:
+def make_start() -> tuple[Scene, FittedCloth, ClothState]:
+    """Return a scene, its cloth, and where that lies if it is flat."""
     scene = make_scene(motif(), size=SIZE, basis=BASIS, bend=6.0)
     frames = PatchFrames(np.array([[140.0, 118.0]]), BASIS[None] / 5, np.ones(1))
     canvas = flat_canvas(scene.photo, np.ones(SIZE, np.bool_))
     cloth = make_cloth(scene.photo, canvas, Lattice(np.zeros((1, 2), np.int64), frames), 5 * np.eye(2))
     uv = cloth.mesh.positions() @ np.linalg.inv(BASIS).T
-    start = ClothState(uv, np.ones(cloth.mesh.nodes), np.ones(cloth.mesh.cells, np.bool_))
+    return scene, cloth, ClothState(uv, np.ones(cloth.mesh.nodes), np.ones(cloth.mesh.cells, np.bool_))
+
+
+def test_a_wide_blur_is_registered_on_the_coarser_mesh_and_lies_on_the_photo() -> None:
+    scene, cloth, start = make_start()
 
     def off(piece: ClothState) -> float:
         away = (cloth.mesh.to_pixels(piece.uv, piece.cells) - scene.uv) @ BASIS.T
@@ -54,6 +60,18 @@ def test_a_wide_blur_is_registered_on_the_coarser_mesh_and_lies_on_the_photo() -
     assert off(piece) < off(start) / 3
     texel, _ = register_under(cloth, motif(), (start,), 3, 1.0)
     assert texel.shape == cloth.texel_samples
+
+
+def test_under_a_blur_stiff_cloth_bends_within_longer_lengths_and_is_as_smooth_as_any_without_one() -> None:
+    _, cloth, start = make_start()
+    bending = cloth.mesh.bending(np.ones(cloth.mesh.nodes, np.bool_))
+
+    def bends(blur_px: float, *, is_stiff: bool) -> float:
+        _, (piece,) = register_under(cloth, motif(), (start,), 3, blur_px, is_stiff=is_stiff)
+        return float(np.square(bending @ piece.uv.reshape(-1, 2)).sum())
+
+    assert bends(4.0, is_stiff=True) < bends(4.0, is_stiff=False) / 2
+    assert bends(SMOOTH_PX, is_stiff=True) == bends(SMOOTH_PX, is_stiff=False)
 
 
 @pytest.mark.parametrize("nodes", [(9, 12), (8, 13)])

@@ -57,7 +57,7 @@ def test_a_plaid_is_laid_by_its_patches(plaid: Scene) -> None:
 
 def test_crumpled_cloth_of_smaller_texels_is_laid_by_its_patches() -> None:
     scene = make_scene(sett(), size=(260, 240), basis=np.array([[44.0, 3.0], [-2.0, 40.0]]), bend=5.0)
-    (found,) = run(find_print(scene.photo, painted(scene.photo), 0, alike="patches"))
+    found, *_ = run(find_print(scene.photo, painted(scene.photo), 0, alike="patches"))
     piece = found.followed.pieces[0]
     assert piece.cells.mean() > 0.8
     assert np.percentile(displaced_px(scene, found.cloth, piece), 90) < 1.0

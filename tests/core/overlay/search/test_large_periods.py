@@ -2,7 +2,6 @@
 
 from contextlib import nullcontext
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -23,6 +22,7 @@ from core.overlay.search.large_periods import (
     find_likely_of_patches,
     fit_plate,
     lay,
+    register_coarsely,
 )
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene
@@ -68,6 +68,24 @@ def test_of_what_is_laid_but_cannot_be_followed_nothing_is_found(
         find_likeliest(printed.photo, painted(printed.photo))
 
 
+@pytest.mark.parametrize("in_region", [True, False])
+def test_only_what_is_cloth_in_all_is_stiff_while_it_is_registered_coarsely(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch, in_region: bool
+) -> None:
+    stiff: list[bool] = []
+
+    def note_stiff(_cloth: FittedCloth, found: Fit, *, is_stiff: bool, **_: object) -> Fit:
+        stiff.append(is_stiff)
+        return found
+
+    canvas = (painted if in_region else canvas_of)(printed.photo)
+    pairs, ((_, basis), *_) = find_likely(canvas)
+    cloth, rough = lay(printed.photo, canvas, pairs, basis, 0.0)
+    monkeypatch.setattr(large_periods, "refit", note_stiff)
+    assert register_coarsely(cloth, rough) is rough
+    assert stiff == [in_region]
+
+
 def test_pairs_of_chance_do_not_bend_the_plate() -> None:
     mesh, rng = ClothMesh((240, 260), 10), np.random.default_rng(0)
     first = rng.uniform(20, 130, (80, 2))
@@ -108,36 +126,18 @@ def test_texels_are_about_as_large_as_the_user_says(printed: Scene) -> None:
         find_likeliest(printed.photo, canvas, texel_px=3 * side)
 
 
-def test_of_lattices_that_are_as_likely_that_is_kept_whose_texel_explains_most(
+def test_of_likely_lattices_that_comes_first_whose_texel_explains_most(
     printed: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     canvas = painted(printed.photo)
     pairs, likely = find_likely(canvas)
     sure, basis = likely[0]
     wrong = basis @ np.array([[1.0, 0.0], [0.5, 1.0]])
-    for surer, kept in ((1.1, basis), (1.5, wrong)):
-        monkeypatch.setattr(
-            large_periods, "find_likely", lambda _, surer=surer: (pairs, [(surer * sure, wrong), (sure, basis)])
-        )
-        cloth, _, weight = find_likeliest(printed.photo, canvas)
-        assert np.allclose(cloth.basis, kept, atol=1e-6)
-        assert weight.is_clear == (kept is basis)
-
-
-def test_what_is_less_sure_is_not_registered_where_the_surest_is_found(
-    printed: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    canvas, pairs, sure, basis, other = likely_and_another(printed)
-    monkeypatch.setattr(large_periods, "find_likely", lambda _: (pairs, [(1.5 * sure, basis), (sure, other)]))
-    registered: list[Floats] = []
-
-    def register(cloth: FittedCloth, *others: Any) -> tuple[FittedCloth, Fit, Evidence]:
-        registered.append(cloth.basis)
-        return evidence.register_as(cloth, *others)
-
-    monkeypatch.setattr(large_periods, "register_as", register)
-    assert np.allclose(find_likeliest(printed.photo, canvas)[0].basis, basis, atol=1e-6)
-    assert len(registered) == 1
+    monkeypatch.setattr(large_periods, "find_likely", lambda _: (pairs, [(1.5 * sure, wrong), (sure, basis)]))
+    (first, _, clear), (second, _, doubtful) = run(find_large(printed.photo, canvas))
+    assert np.allclose([first.basis, second.basis], [basis, wrong], atol=1e-6)
+    assert clear.is_clear
+    assert not doubtful.is_clear
 
 
 def test_where_no_texel_takes_error_away_votes_decide(printed: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -148,8 +148,9 @@ def test_where_no_texel_takes_error_away_votes_decide(printed: Scene, monkeypatc
     assert np.allclose(find_likeliest(printed.photo, canvas)[0].basis, basis, atol=1e-6)
 
 
-def test_a_lattice_whose_texels_have_nothing_to_do_with_one_another_leaves_the_next_one_to_be_tried(
-    printed: Scene, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("is_told", [True, False])
+def test_a_lattice_whose_texels_have_nothing_to_do_with_one_another_is_one_only_of_what_the_user_says_is_cloth(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch, is_told: bool
 ) -> None:
     canvas, pairs, sure, basis, other = likely_and_another(printed)
     monkeypatch.setattr(large_periods, "find_likely", lambda _: (pairs, [(1.5 * sure, other), (sure, basis)]))
@@ -158,23 +159,22 @@ def test_a_lattice_whose_texels_have_nothing_to_do_with_one_another_leaves_the_n
         return Evidence(1.0, -1.5 if np.allclose(cloth.basis, other) else 0.9)
 
     monkeypatch.setattr(large_periods, "weigh", weigh)
-    assert np.allclose(find_likeliest(printed.photo, canvas)[0].basis, basis, atol=1e-6)
+    finds = run(find_large(printed.photo, canvas, least=None if is_told else 2.0))
+    assert np.allclose([cloth.basis for cloth, *_ in finds], [other, basis] if is_told else [basis], atol=1e-6)
 
 
-def test_lattices_that_more_speaks_against_are_kept_which_take_most_error_away_and_one_that_it_speaks_for_alone(
+def test_where_more_speaks_against_all_lattices_than_for_them_those_of_motifs_alone_are_likely_too(
     printed: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     canvas, pairs, sure, basis, other = likely_and_another(printed)
     monkeypatch.setattr(large_periods, "find_likely", lambda _: (pairs, [(1.1 * sure, other), (sure, basis)]))
-    # What explains most where it is laid is asked first: that is `basis`.
-    for explained, kept in ((-1.0, [other, other, basis]), (1.0, [basis])):
+    for explained, kept in ((-0.5, [basis, basis, other]), (0.5, [basis, other])):
 
         def weigh(cloth: FittedCloth, _found: Fit, explained: float = explained) -> Evidence:
             is_other = np.allclose(cloth.basis, other)
-            return Evidence(-1.0 if is_other else explained, 0.3 if is_other else 0.1)
+            return Evidence(-1.0 if is_other else explained, 0.1)
 
         monkeypatch.setattr(large_periods, "weigh", weigh)
-        # Both are found of the cloth and, where they leave doubts, of its motifs again.
         bases = [cloth.basis for cloth, *_ in run(find_large(printed.photo, canvas))]
         assert np.allclose(bases, kept, atol=1e-6)
 
