@@ -67,7 +67,7 @@ class PlannedJob(Generic[T]):
         elif self._turn is not None and self._turn.cancel():
             self._turn = None
         if self._turn is None:
-            return (yield from self._make(*self._arguments))
+            return (yield from self._make(*self._take_arguments()))
         last = Progress(0.0)
         while True:
             with self._news:
@@ -118,9 +118,14 @@ class PlannedJob(Generic[T]):
     def _starting_in(self, process: Process | None) -> Callable[[], Progress | End[T]]:
         """Return what goes on with the job step by step."""
         if process is None:
-            return JobThere(self._make, *self._arguments).go_on
-        job = process.make(JobThere, self._make, *self._arguments)
+            return JobThere(self._make, *self._take_arguments()).go_on
+        job = process.make(JobThere, self._make, *self._take_arguments())
         return lambda: cast("Progress | End[T]", job.ask("go_on"))
+
+    def _take_arguments(self) -> tuple[object, ...]:
+        """Return what the job is for, and let go of it: planned jobs are kept as long as their pool."""
+        taken, self._arguments = self._arguments, ()
+        return taken
 
     def _tell(self, step: Progress | End[T] | Exception) -> None:
         with self._news:

@@ -129,11 +129,7 @@ def decompose_whole_cloth(
     photo = encode(image)
     with ProcessPool() as pool:
         known = Known(region, texel_px, start, lattice, seed)
-        found = yield from part(time_stages(find_whole(photo, known, finds, pool), seconds), 0.0, 0.6)
-        if len(found) > 1:
-            yield from part(explain_each(found, pool), 0.6, 0.6)
-        # Finds are compared on what stands out: of the ground beyond it a wrong one may explain more.
-        best = choose(found) if known.is_told else as_guess(choose(found))
+        best = yield from part(find_best_of_whole(photo, known, finds, seconds, pool), 0.0, 0.6)
         begun = begin_to_explain([best], pool)
         compared, fault = [best], InputError(NO_BETTER)
         try:
@@ -146,6 +142,17 @@ def decompose_whole_cloth(
         if finds is not None and any(best.cloth is given.cloth for given in finds):
             raise fault
         return (yield from part(split_best([best], seconds, pool), 0.9, 1.0))
+
+
+def find_best_of_whole(
+    photo: Floats | Singles, known: Known, finds: list[FoundCloth] | None, seconds: dict[str, float], pool: ProcessPool
+) -> Job[FoundCloth]:
+    """Return the best of what `find_whole` finds; the others, each with masks of the photo's size, are let go of."""
+    found = yield from time_stages(find_whole(photo, known, finds, pool), seconds)
+    if len(found) > 1:
+        yield from part(explain_each(found, pool), 1.0, 1.0)
+    # Finds are compared on what stands out: of the ground beyond it a wrong one may explain more.
+    return choose(found) if known.is_told else as_guess(choose(found))
 
 
 def follow_on(image: Image, found: FoundCloth, seed: int, pool: ProcessPool) -> Job[FoundCloth]:

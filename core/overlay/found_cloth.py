@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from operator import attrgetter
 from typing import TypeAlias
 
 import numpy as np
@@ -81,6 +80,11 @@ class FoundCloth:
         if model is not None and self.scale == 1:
             vars(self)["model"] = model
 
+    def forget_model(self) -> None:
+        """Let go of what is told at every pixel, which takes memory: it is told again when it is asked for."""
+        for name in ("model", "laid"):
+            vars(self).pop(name, None)
+
     @property
     def searched(self) -> "FoundCloth":
         """The find on the photo as it was searched."""
@@ -92,11 +96,18 @@ class FoundCloth:
 
 def choose(finds: list[FoundCloth]) -> FoundCloth:
     """Return that find which explains most; raise `NoPatternError` where none of several explains a pixel."""
-    if len(finds) == 1:
-        return finds[0]
-    best = max(finds, key=attrgetter("explained"))
-    if best.explained == -math.inf:
+    best = keep_best_model(finds)
+    if len(finds) > 1 and best.explained == -math.inf:
         raise NoPatternError
+    return best
+
+
+def keep_best_model(finds: list[FoundCloth]) -> FoundCloth:
+    """Return that find which explains most, the first of equals; the others let go of their models, each at once."""
+    best = finds[0]
+    for find in finds[1:]:
+        worse, best = (best, find) if find.explained > best.explained else (find, best)
+        worse.forget_model()
     return best
 
 
@@ -113,9 +124,11 @@ def begin_to_explain(finds: list[FoundCloth], pool: ProcessPool) -> list[tuple[F
 
 
 def take_explained(begun: list[tuple[FoundCloth, Explaining]]) -> Job[None]:
-    """Keep with each find what is told of it."""
+    """Keep with each find what speaks for it, and with the best one what is told at every pixel."""
+    best: FoundCloth | None = None
     for found, explaining in begun:
         found.take(*(yield from part(explaining.result(), 0.0, 0.0)))
+        best = found if best is None else keep_best_model([best, found])
 
 
 def explain(found: FoundCloth) -> Job[tuple[float, PixelModel]]:

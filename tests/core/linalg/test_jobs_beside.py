@@ -166,3 +166,10 @@ def test_a_job_that_another_process_does_is_stopped_there_where_the_first_is_eno
         process = process_of(long)
         assert run(run_meanwhile(first, long, lambda _: False)) == (None, None)
         assert not process.runs
+
+
+@pytest.mark.parametrize("is_beside", [True, False])
+def test_what_a_job_is_for_is_let_go_of_though_its_pool_stays(pool: ProcessPool, *, is_beside: bool) -> None:
+    planned = (pool if is_beside else HERE).begin(in_one_step, "", math.sqrt, 4.0)
+    assert run(planned.result()) == 2.0
+    assert planned._arguments == ()

@@ -94,6 +94,8 @@ def test_what_speaks_for_each_find(done_beside: list[str]) -> None:
         run(explain_each(finds, pool))
     explained = [vars(find)["explained"] for find in finds]
     assert explained == [replace(found).explained] * 3
+    # What is told at every pixel takes memory: that of the best, here the first of equals, is kept.
+    assert ["model" in vars(find) for find in finds] == [True, False, False]
     assert all(np.array_equal(find.model.uv, found.model.uv, equal_nan=True) for find in finds)
     assert done_beside[0] == "explain"
 
