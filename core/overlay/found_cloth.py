@@ -95,7 +95,10 @@ class FoundCloth:
 
 
 def choose(finds: list[FoundCloth]) -> FoundCloth:
-    """Return that find which explains most; raise `NoPatternError` where none of several explains a pixel."""
+    """Return that find which explains most, the only one that keeps its model.
+
+    Raises `NoPatternError` where none of several explains a pixel.
+    """
     best = keep_best_model(finds)
     if len(finds) > 1 and best.explained == -math.inf:
         raise NoPatternError

@@ -84,13 +84,12 @@ class Find:
     @property
     def is_credible(self) -> bool:
         """Whether the pattern repeats, over enough of what may be cloth."""
-        repeats = self.weight.is_related if self.repeats else self.weight.is_credible
-        return repeats and self.covers > LEAST_PART
+        return self.is_likely and self.weight.is_related
 
     @property
     def is_likely(self) -> bool:
         """Whether it is to be completed: whether few texels repeat is told by what comes of them."""
-        return self.is_credible or (self.repeats and self.covers > LEAST_PART)
+        return (self.repeats or self.weight.is_credible) and self.covers > LEAST_PART
 
     @property
     def is_clear(self) -> bool:
@@ -180,7 +179,7 @@ def find_cloth(
             large = yield from part(find_large(photo, canvas, texel_px=texel_px), 0.5, 0.6)
             finds += [Find(*one, repeats=True) for one in large]
     carried: list[Find] = []
-    for end in (yield from part(complete_best(finds, seed), 0.6, 1.0)):
+    for end in (yield from part(complete_likely(finds, seed), 0.6, 1.0)):
         with suppress(NoPatternError):
             carried.append(end.carried_to(photo, canvas))
     if not carried:
@@ -202,7 +201,7 @@ def find_print(
     What is given is as for `find_large`. Raises `NoPatternError` if there is none, or none that shows enough texels.
     """
     large = yield from part(find_large(photo, canvas, alike=alike, least=least, texel_px=texel_px), 0.0, 0.5)
-    ends = yield from part(complete_best([Find(*one, repeats=True) for one in large], seed), 0.5, 1.0)
+    ends = yield from part(complete_likely([Find(*one, repeats=True) for one in large], seed), 0.5, 1.0)
     seen = [end for end in ends if end.texels > (least or 0)]
     if not seen:
         raise NoPatternError
@@ -301,8 +300,8 @@ def register(photo: Floats, canvas: FlatPicture, lattice: Lattice, seed: int) ->
     return Find(cloth, found, weigh(cloth, found))
 
 
-def complete_best(finds: list[Find], seed: int) -> Job[list[Find]]:
-    """Return finds completed: the likeliest of those that a lattice has told, and all that keypoints have.
+def complete_likely(finds: list[Find], seed: int) -> Job[list[Find]]:
+    """Return finds completed: the likeliest of those that a lattice has told, and all that pairs of alike places have.
 
     One that cannot be completed gives way to the next; one that completing makes unlikely stays as it was. Of few
     texels what is followed tells little about which find is right; what comes of them does.

@@ -13,7 +13,7 @@ from core.overlay.detection.seeding import NoPatternError, find_lattices
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence
 from core.overlay.search import finding
-from core.overlay.search.finding import Find, complete_best, find_cloth, find_print
+from core.overlay.search.finding import Find, complete_likely, find_cloth, find_print
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, motif
 from tests.core.overlay.prints import LARGE, canvas_of, painted, sett
@@ -54,7 +54,7 @@ def test_the_best_of_what_lattices_tell_is_kept_beside_all_that_keypoints_tell(
     lattices = [Find(*followed, Evidence(explained, 0.3)) for explained in (1.0, 3.0, 2.0)]
     # Of few texels one may foretell less of another than colours that have nothing to do with it would.
     told = [Find(*followed, Evidence(-9.0, share), repeats=True) for share in (-0.1, -1.5)]
-    ends = run(complete_best([*told, *lattices], 0))
+    ends = run(complete_likely([*told, *lattices], 0))
     assert [(end.repeats, end.explained) for end in ends] == [(False, 1.0), (True, 1.0), (True, 1.0)]
 
 
@@ -75,7 +75,7 @@ def test_the_likeliest_find_is_completed_or_the_next_where_nothing_is_left_of_it
     cloth, fit = followed
     # A find of k pieces is the k-th likeliest.
     finds = [Find(cloth, replace(fit, pieces=fit.pieces[:1] * k), Evidence(9.0 - k, 0.3)) for k in (3, 1, 2)]
-    (end,) = run(complete_best(finds, 0))
+    (end,) = run(complete_likely(finds, 0))
     assert seen == ([1] if is_left else [1, 2])
     assert (end.explained, len(end.followed.pieces)) == (2.0, seen[-1])
 
@@ -107,7 +107,7 @@ def test_a_find_that_completing_makes_incredible_stays_as_it_was(
 ) -> None:
     monkeypatch.setattr(finding, "complete", leave)
     monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(2.0, share))
-    assert run(complete_best([Find(*followed, Evidence(9.0, 0.4))], 0))[0].explained == kept
+    assert run(complete_likely([Find(*followed, Evidence(9.0, 0.4))], 0))[0].explained == kept
 
 
 @pytest.mark.parametrize(("least", "is_found"), [(4.0, True), (20.0, False)])
